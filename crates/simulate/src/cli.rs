@@ -312,9 +312,9 @@ pub(crate) struct StaticArgs {
     /// lowest energy first. Not all of them are found. For one set of joined rods, without wind and torques as loads.
     #[arg(long, conflicts_with_all = ["method", "keep_unstable"])]
     pub(crate) branches: bool,
-    /// Where the search begins: learned (a single cable between two grips that stand still, under its weight alone: near the lowest
-    /// equilibrium, which a network proposes, if it can come there without a jump; all else, and with --from and
-    /// --keep-unstable, as drawn), drawn (as the scene is drawn).
+    /// Where the search begins: drawn (as the scene is drawn), learned (with the cargo feature gn, and then the default: a single
+    /// cable between two grips that stand still, under its weight alone, near the lowest equilibrium, which a network proposes, if
+    /// it can come there without a jump; all else, and with --from and --keep-unstable, as drawn).
     #[arg(long, default_value_t = Begin::default(), conflicts_with_all = ["along", "branches"])]
     pub(crate) start: Begin,
     /// When it is at rest: no segment moves further than this in an iteration, in segment lengths and in radians.

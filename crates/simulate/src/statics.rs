@@ -128,6 +128,7 @@ pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
 
 /// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.
 fn relax(args: &StaticArgs) -> Result<Outcome> {
+    args.start.check()?;
     let scene = begun(&args.rest)?;
     let wanted = args.out.as_deref().map(Wanted::plain);
     let files = wanted.map(|wanted| Files::open(wanted, &scene, 1.0, 0, 0.0)).transpose().context("--out")?;

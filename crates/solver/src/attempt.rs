@@ -6,7 +6,6 @@ mod tangent_choice;
 use crate::component::{Component, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
 use crate::start::{Start, StepGuess};
@@ -177,10 +176,7 @@ pub(crate) fn update<T: Real>(
     counters: &mut Counters,
 ) {
     let mut watch = Stopwatch::start();
-    vectorized(
-        #[inline(always)]
-        || component.update(formulation, active),
-    );
+    component.update(formulation, active);
     watch.mark(&mut counters.times.update);
 }
 
@@ -194,17 +190,11 @@ pub(crate) fn predict<T: Real>(
 ) {
     component.set_forces(time + dt);
     if component.has_air() {
-        vectorized(
-            #[inline(always)]
-            || component.evaluate_drag(time, dt),
-        );
+        component.evaluate_drag(time, dt);
         counters.drag_evaluations += (component.segments() * component.used) as u64;
         watch.mark(&mut counters.times.drag);
     }
-    vectorized(
-        #[inline(always)]
-        || component.predict(time, dt, formulation),
-    );
+    component.predict(time, dt, formulation);
     watch.mark(&mut counters.times.predict);
 }
 
@@ -225,10 +215,7 @@ pub(crate) fn evaluate<T: Real>(
     let segments = (component.segments() * component.used) as u64;
     counters.geometric_evaluations += if formulation.geometric() { segments } else { 0 };
     counters.momentum_evaluations += if formulation.momentum() { segments } else { 0 };
-    vectorized(
-        #[inline(always)]
-        || component.evaluate(formulation),
-    )
+    component.evaluate(formulation)
 }
 
 pub(crate) fn count_solve<T: Real>(
@@ -253,10 +240,7 @@ pub(crate) fn finish<T: Real>(
     counters: &mut Counters,
 ) {
     let mut watch = Stopwatch::start();
-    vectorized(
-        #[inline(always)]
-        || component.update_velocities(formulation, active),
-    );
+    component.update_velocities(formulation, active);
     watch.mark(&mut counters.times.predict);
 }
 

@@ -11,7 +11,6 @@ use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::guess::InitialGuess;
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::limits::APART;
 use crate::linear::LinearSolver;
 use crate::linear::response::Response;
@@ -146,10 +145,7 @@ impl ConnectedSet {
     /// with no forces.
     pub(crate) fn ended(&self, status: Status) -> Status {
         let is_solved = matches!(self.projector, Projector::Solve { .. });
-        let gapes = vectorized(
-            #[inline(always)]
-            || self.component.gapes(),
-        );
+        let gapes = self.component.gapes();
         if is_solved && gapes >= 0.0 { status.max(Status::Apart) } else { status }
     }
 

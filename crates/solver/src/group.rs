@@ -10,7 +10,6 @@ use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::Counters;
 use crate::derivative::Substep;
 use crate::formulation::Tangent;
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Lanes, Real};
 use crate::limits::GROUP;
 use crate::linear::direct::Direct;
@@ -116,7 +115,7 @@ impl Group {
             statuses[lane] = retry::advance_parts(&mut set, interval, 0, 1, params);
             alone.push((lane, set));
         }
-        let gapes = vectorized(
+        let gapes = Lanes::<GROUP>::dispatch(
             #[inline(always)]
             || component.gapes(),
         );

@@ -1,14 +1,17 @@
 //! Where `simulate static` begins.
 
-
-use crate::common::{CABLE_BETWEEN_GRIPS, json, run, texts};
+#[cfg(feature = "gn")]
 use serde_json::Value;
 
+use crate::common::{CABLE_BETWEEN_GRIPS, json, run, texts};
+
+#[cfg(feature = "gn")]
 fn number(report: &Value, key: &str) -> f64 {
     report[key].as_f64().unwrap_or_else(|| panic!("{key}: {report}"))
 }
 
 #[test]
+#[cfg(feature = "gn")]
 fn a_cable_between_two_grips_begins_where_a_network_proposes() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("cable.toml");
@@ -29,4 +32,17 @@ fn a_cable_between_two_grips_begins_where_a_network_proposes() {
     for scene in ["heavy-cantilever", "hung-cable", "clamped-ends"] {
         assert!(json(&["static", scene])["learned_start_solves"].is_null(), "{scene}");
     }
+}
+
+#[test]
+#[cfg(not(feature = "gn"))]
+fn without_networks_a_search_begins_as_drawn_and_a_learned_start_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("cable.toml");
+    std::fs::write(&file, CABLE_BETWEEN_GRIPS).unwrap();
+    let file = file.to_str().unwrap();
+    assert_eq!(json(&["static", file])["learned_start_solves"], serde_json::Value::Null);
+    let refused = run(&["static", file, "--start", "learned"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(texts(&refused).1.contains("--start learned needs the cargo feature gn"), "{refused:?}");
 }

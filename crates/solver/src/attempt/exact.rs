@@ -13,7 +13,6 @@ use crate::component::{BodyPose, Component, Residuals};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 use crate::linear::LinearSolver;
@@ -219,7 +218,7 @@ pub(crate) fn attempt_exactly<T: Real>(
         }
         let others = due & !useful;
         if others != 0 {
-            vectorized(
+            T::dispatch(
                 #[inline(always)]
                 || component.bring_momentum_in(),
             );

@@ -126,8 +126,16 @@ impl<T: Real> Component<T> {
     }
 
     /// Evaluates the drag for a step of `dt` [s] that begins at `time` [s]: before [`Component::predict`], which adds it.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn evaluate_drag(&mut self, time: f64, dt: f64) {
+        T::dispatch(
+            #[inline(always)]
+            || self.evaluate_drag_kernel(time, dt),
+        )
+    }
+
+    #[inline(always)]
+    fn evaluate_drag_kernel(&mut self, time: f64, dt: f64) {
         if self.drag.is_none() {
             return;
         }

@@ -10,8 +10,16 @@ use crate::kernel::math::{Sym3, Vec3};
 impl<T: Real> Component<T> {
     /// Evaluates constraints, residuals, Jacobians and mass matrices at the current poses and multipliers: the linear
     /// system of this outer iteration (line 9 of Algorithm 1, its left half).
-    #[inline(always)]
+    #[inline(never)]
     pub fn evaluate(&mut self, formulation: Formulation) -> Residuals<T> {
+        T::dispatch(
+            #[inline(always)]
+            || self.evaluate_kernel(formulation),
+        )
+    }
+
+    #[inline(always)]
+    fn evaluate_kernel(&mut self, formulation: Formulation) -> Residuals<T> {
         if !self.loose.is_empty() {
             self.follow_faces();
         }

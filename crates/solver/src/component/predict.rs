@@ -19,8 +19,16 @@ impl<T: Real> Component<T> {
     /// no solution (towards half a turn a step) the rotation goes on as it was; beyond half a turn no pose shows it, and
     /// the step is not converged. What moves by itself is placed where it is to be at `time + dt` [s]. Where the integrator
     /// builds on several steps, velocity and momentum are those that the `multistep` module says.
-    #[inline(always)]
+    #[inline(never)]
     pub fn predict(&mut self, time: f64, dt: f64, formulation: Formulation) {
+        T::dispatch(
+            #[inline(always)]
+            || self.predict_kernel(time, dt, formulation),
+        )
+    }
+
+    #[inline(always)]
+    fn predict_kernel(&mut self, time: f64, dt: f64, formulation: Formulation) {
         self.begin_step(time, dt);
         self.take_given_momenta();
         if formulation.geometric() {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rod::{Body, Driven, Model};
 
 use super::Members;
+use crate::kernel::dispatch::has_lanes;
 use crate::limits::GROUP;
 use crate::topology::Topology;
 
@@ -26,7 +27,7 @@ impl Alike {
 
     /// The same of so many sets.
     pub(crate) fn fills_lanes(sets: usize, topology: &Topology) -> bool {
-        sets >= FEWEST_IN_LANES && topology.elimination.is_some()
+        has_lanes() && sets >= FEWEST_IN_LANES && topology.elimination.is_some()
     }
 }
 

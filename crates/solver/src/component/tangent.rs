@@ -5,7 +5,6 @@ use nalgebra::{Matrix3, Vector3};
 use super::update::{select, select_pose};
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::tangent::elimination::Elimination;
@@ -30,7 +29,7 @@ impl<T: Real> Component<T> {
     /// Gathers the equations at the last evaluation, which must have been of formulation `newton`; K has this `share` of the
     /// inertia.
     pub(crate) fn gather(&self, equations: &mut Equations<T>, share: f64) {
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || self.gather_all(equations, T::splat(share)),
         );
@@ -38,7 +37,7 @@ impl<T: Real> Component<T> {
 
     /// Gathers their right-hand sides alone.
     pub(crate) fn gather_right_hand_sides(&self, Equations { bodies, joints, .. }: &mut Equations<T>) {
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || {
                 for (i, body) in bodies.iter_mut().enumerate().filter(|(_, body)| !body.is_held()) {
@@ -141,7 +140,7 @@ impl<T: Real> Component<T> {
         share: T,
         active: T,
     ) {
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || {
                 for i in (0..self.segments).filter(|&i| self.bodies[i].free.lane(0) != 0.0) {
@@ -172,7 +171,7 @@ impl<T: Real> Component<T> {
     /// Takes over an elimination's result, in the lanes where `active` >= 0: corrections to `dp`, multipliers as the solution of
     /// the linear system.
     pub(crate) fn take_solution(&mut self, elimination: &Elimination<T>, dp: &mut [Spatial<T>], active: T) {
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || {
                 for (own, &new) in dp.iter_mut().zip(&elimination.corrections) {

@@ -10,8 +10,16 @@ use crate::kernel::math::{Quat, Vec3};
 impl<T: Real> Component<T> {
     /// Lines 10 and 11 of Algorithm 1: `lambda += dlambda`, `p += dp` with `dp = M^-1 (J^T dlambda - g)`, in the lanes
     /// where `active` >= 0.
-    #[inline(always)]
+    #[inline(never)]
     pub fn update(&mut self, formulation: Formulation, active: T) {
+        T::dispatch(
+            #[inline(always)]
+            || self.update_kernel(formulation, active),
+        )
+    }
+
+    #[inline(always)]
+    fn update_kernel(&mut self, formulation: Formulation, active: T) {
         let geometric = formulation.geometric();
         let with_momentum = formulation.momentum() || std::mem::take(&mut self.torques_wait);
         let Self { system, scratch, dlambda, lambda, pulls, pushes, .. } = self;
@@ -65,8 +73,16 @@ impl<T: Real> Component<T> {
 
     /// Lines 16 to 19 of Algorithm 1: velocities from the poses, `v = (x' - x) / dt`, `w = 2 Im(q' conj(q)) / dt`, in
     /// the lanes where `active` >= 0; beside them those at the end of the step, where the integrator has them.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn update_velocities(&mut self, formulation: Formulation, active: T) {
+        T::dispatch(
+            #[inline(always)]
+            || self.update_velocities_kernel(formulation, active),
+        )
+    }
+
+    #[inline(always)]
+    fn update_velocities_kernel(&mut self, formulation: Formulation, active: T) {
         for i in 0..self.segments {
             let new = self.over_step(i);
             if self.multistep.is_some() {

@@ -7,7 +7,6 @@
 use super::Component;
 use super::multistep::gyroscopic;
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Sym3, Vec3, cross_matrix, map_rows, sum, transposed};
 use crate::tangent::Equations;
@@ -30,7 +29,7 @@ pub(super) fn turn_since<T: Real>(q: Quat<T>, before: Quat<T>) -> (T, Vec3<T>) {
 impl<T: Real> Component<T> {
     /// What the Jacobian has beyond `equations` that have a `share` of the inertia.
     pub(crate) fn whole_blocks(&self, equations: &Equations<T>, share: f64, out: &mut Whole<T>) {
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || self.all_whole_blocks(equations, T::splat(share), out),
         );
@@ -141,7 +140,7 @@ impl<T: Real> Component<T> {
             *own += pushed.angular;
         }
         let bodies = equations.bodies.iter().zip(dp);
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || {
                 let mut largest = T::zero();

@@ -18,7 +18,6 @@ use super::{DerivativeError, StateVariation, Substep, Variation};
 use crate::component::{BodyBar, BodyGradient, Component, Ended, Members, copy_spatial, pick_spatial};
 use crate::integrator::Integrator;
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::tangent::jacobian::{Field, joined, six, split};
 use crate::topology::Topology;
@@ -282,7 +281,7 @@ impl<T: Real> Adjoint<T> {
             }
         }
         ended.clear();
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || {
                 for (i, bar) in bars.iter().enumerate() {
@@ -300,7 +299,7 @@ impl<T: Real> Adjoint<T> {
         let Memory { field, moved, bodies, before, obstacles, ended, gradients, start } = memory;
         let component = &replay.component;
         gradients.clear();
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || {
                 for i in 0..bars.len() {
@@ -378,7 +377,7 @@ impl<T: Real> Adjoint<T> {
                 start.iter_mut().zip(&bars).for_each(|(all, own)| all.put(lane, own));
             }
         }
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || {
                 if wanted.joints {

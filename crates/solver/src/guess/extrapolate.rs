@@ -4,7 +4,6 @@ use super::history::SolveHistory;
 use super::{InitialGuess, from_body_frame};
 use crate::component::Component;
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::snapshot::Tape;
 
 /// Starts linear solves from an extrapolation in body frames.
@@ -31,19 +30,14 @@ impl InitialGuess for Extrapolation {
         self.history.begin(component.effective_dt(), iteration);
         let Some(ring) = self.history.ring(iteration) else { return false };
         let (weights, count) = ring.extrapolation(self.history.attempt(), component.effective_dt(), self.order);
-        vectorized(
-            #[inline(always)]
-            || {
-                for (weight, entry) in weights.iter().zip((0..count).filter_map(|age| ring.get(age))) {
-                    for (x, value) in dlambda.iter_mut().zip(&entry.values) {
-                        *x = x.plus(*value, *weight);
-                    }
-                }
-                for (joint, x) in dlambda.iter_mut().enumerate() {
-                    *x = from_body_frame(&component.system, joint, *x);
-                }
-            },
-        );
+        for (weight, entry) in weights.iter().zip((0..count).filter_map(|age| ring.get(age))) {
+            for (x, value) in dlambda.iter_mut().zip(&entry.values) {
+                *x = x.plus(*value, *weight);
+            }
+        }
+        for (joint, x) in dlambda.iter_mut().enumerate() {
+            *x = from_body_frame(&component.system, joint, *x);
+        }
         count > 0
     }
 

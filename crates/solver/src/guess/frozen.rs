@@ -3,7 +3,6 @@
 use super::InitialGuess;
 use crate::component::Component;
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::linear::precondition::Frozen;
 
 /// Starts linear solves from the solution of the rest shape's system. It has no memory.
@@ -25,17 +24,12 @@ impl InitialGuess for FrozenGuess {
 
     fn start_solve(&mut self, component: &Component<f64>, _: usize, dlambda: &mut [Spatial<f64>]) -> bool {
         let system = &component.system;
-        vectorized(
+        self.frozen.refresh(system);
+        self.frozen.solve(
+            system,
             #[inline(always)]
-            || {
-                self.frozen.refresh(system);
-                self.frozen.solve(
-                    system,
-                    #[inline(always)]
-                    |joint| system.joints[joint].rhs,
-                    dlambda,
-                );
-            },
+            |joint| system.joints[joint].rhs,
+            dlambda,
         );
         true
     }

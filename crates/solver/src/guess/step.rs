@@ -11,7 +11,6 @@ use super::InitialGuess;
 use super::history::Ring;
 use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::snapshot::Tape;
 
 /// Starts whole steps from an extrapolation in body frames.
@@ -67,25 +66,20 @@ impl InitialGuess for StepExtrapolation {
         if count == 0 {
             return false;
         }
-        vectorized(
-            #[inline(always)]
-            || {
-                values.fill(Spatial::zero());
-                for (weight, entry) in weights.iter().zip((0..count).filter_map(|age| ring.get(age))) {
-                    for (x, value) in values.iter_mut().zip(&entry.values) {
-                        *x = x.plus(*value, *weight);
-                    }
-                }
-                let (corrections, multipliers) = values.split_at(poses.len());
-                for (pose, correction) in poses.iter_mut().zip(corrections) {
-                    let x = pose.x + pose.q.rotate(correction.linear);
-                    *pose = BodyPose { x, q: pose.q.turned(pose.q.rotate(correction.angular)) };
-                }
-                for ((own, x), ends) in lambda.iter_mut().zip(multipliers).zip(&component.system.topology.joints) {
-                    *own = Spatial { linear: poses[ends[0] as usize].q.rotate(x.linear), angular: x.angular };
-                }
-            },
-        );
+        values.fill(Spatial::zero());
+        for (weight, entry) in weights.iter().zip((0..count).filter_map(|age| ring.get(age))) {
+            for (x, value) in values.iter_mut().zip(&entry.values) {
+                *x = x.plus(*value, *weight);
+            }
+        }
+        let (corrections, multipliers) = values.split_at(poses.len());
+        for (pose, correction) in poses.iter_mut().zip(corrections) {
+            let x = pose.x + pose.q.rotate(correction.linear);
+            *pose = BodyPose { x, q: pose.q.turned(pose.q.rotate(correction.angular)) };
+        }
+        for ((own, x), ends) in lambda.iter_mut().zip(multipliers).zip(&component.system.topology.joints) {
+            *own = Spatial { linear: poses[ends[0] as usize].q.rotate(x.linear), angular: x.angular };
+        }
         true
     }
 

@@ -176,12 +176,6 @@ impl<T: Real> NodeFactor<T> {
         self.factor(assemble(stretch.full(), mixed, minus, bend.full()));
     }
 
-    /// Eliminates the last joint of a tree.
-    #[inline(always)]
-    pub(crate) fn eliminate_root(&mut self, terms: &NodeTerms<T>, outer: &Left<T>, inner: &Left<T>) {
-        self.set(terms, outer, inner, &inner.inverse_mass.share(terms.arms[1]));
-    }
-
     /// Eliminates a joint: what is carried turns from the outer body into what is left of the inner one.
     ///
     /// With `V = L^-1 J H` and `y = L^-1 r`: `H -= V^T Delta^-1 V`, `correction += V^T Delta^-1 y`. If the inner body is

@@ -3,6 +3,7 @@
 //! All kernels are written once, over [`Real`]. Lanes never mix, and products and sums are rounded one by one (no fused
 //! multiply-add), so that a rod's bits do not depend on the lanes beside it nor on the machine's vector width.
 
+use super::dispatch::in_lanes;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A real number or a small vector of them, with lane-wise arithmetic.
@@ -22,6 +23,8 @@ pub trait Real:
 {
     /// Number of lanes.
     const LANES: usize;
+    /// Whether there are several. A branch on this constant alone leaves no code where it is not taken.
+    const IN_LANES: bool = Self::LANES > 1;
     /// The same value in every lane.
     fn splat(value: f64) -> Self;
     /// Value of one lane.
@@ -51,6 +54,11 @@ pub trait Real:
     #[inline(always)]
     fn zero() -> Self {
         Self::splat(0.0)
+    }
+    /// Runs a kernel over such numbers: over lanes with the widest vector instructions of the machine, else as it is.
+    #[inline(always)]
+    fn dispatch<R>(kernel: impl FnOnce() -> R) -> R {
+        kernel()
     }
 }
 
@@ -170,6 +178,10 @@ impl<const N: usize> SubAssign for Lanes<N> {
 
 impl<const N: usize> Real for Lanes<N> {
     const LANES: usize = N;
+    #[inline(always)]
+    fn dispatch<R>(kernel: impl FnOnce() -> R) -> R {
+        in_lanes(kernel)
+    }
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self([value; N])

@@ -16,7 +16,6 @@ mod view;
 use self::view::View;
 use crate::kernel::Spatial;
 use crate::kernel::block::{Block, InverseMass, Left, NodeFactor, assemble, at_connector};
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::{Both, Real};
 use crate::kernel::math::{Sym3, map_rows, sum, transposed};
 use crate::linear::{LinearInfo, LinearSolver};
@@ -132,7 +131,7 @@ impl<T: Real> TreeFactor<T> {
     /// Rods in lanes fill the vector registers already.
     #[inline(always)]
     fn fold(topology: &Topology) -> usize {
-        if T::LANES == 1 { topology.fold } else { 0 }
+        if T::IN_LANES { 0 } else { topology.fold }
     }
 
     /// Solves `A dlambda = b`.
@@ -148,25 +147,33 @@ impl<T: Real> TreeFactor<T> {
     fn solve_joints<const BEYOND: bool>(&mut self, system: &System<T>, dlambda: &mut [Spatial<T>]) {
         let order = system.topology.elimination.as_deref().unwrap_or(&[]);
         let fold = Self::fold(&system.topology);
-        let (first, second) = (order.len() - fold.min(1) - 2 * fold, order.len() - fold.min(1) - fold);
+        // Nodes before the halves of a chain, the halves, and the root after them; without halves all nodes come before.
+        let first = order.len() - fold.min(1) - 2 * fold;
+        let (second, after) = (first + fold, first + 2 * fold);
+        let halves = [&order[first..second], &order[second..after]];
+        let alone = [(&order[..first], 0), (&order[after..], first)];
         self.waiting.clear();
         self.impulses.clear();
         self.resumed.clear();
-        if fold == 0 {
-            let carried = fresh(system, 0);
-            self.factor::<BEYOND>(system, order, 0, carried);
-            self.substitute::<BEYOND>(system, order, 0, Spatial::zero(), dlambda);
-            return;
+        // Each kernel is called at one place, as it is inlined at each.
+        let mut carried = fresh(system, order.first().map_or(0, |node| node.outer));
+        for (k, (nodes, offset)) in alone.into_iter().enumerate() {
+            if !T::IN_LANES && fold > 0 && k == 1 {
+                let left = self.factor_halves::<BEYOND>(system, halves, [carried, fresh(system, halves[1][0].outer)]);
+                self.waiting.push(left.one(0));
+                carried = left.one(1);
+            }
+            carried = self.factor::<BEYOND>(system, nodes, offset, carried);
         }
-        let (halves, root) = ([&order[first..second], &order[second..second + fold]], &order[second + fold..]);
-        let start = self.factor::<BEYOND>(system, &order[..first], 0, fresh(system, order[0].outer));
-        let left = self.factor_halves::<BEYOND>(system, halves, [start, fresh(system, halves[1][0].outer)]);
-        self.waiting.push(left.one(0));
-        self.factor::<BEYOND>(system, root, first, left.one(1));
-        let impulse = self.substitute::<BEYOND>(system, root, first, Spatial::zero(), dlambda);
-        let waiting = self.impulses.pop().unwrap_or(Spatial::zero());
-        let impulse = self.substitute_halves::<BEYOND>(system, halves, Spatial::both(waiting, impulse), dlambda);
-        self.substitute::<BEYOND>(system, &order[..first], 0, impulse.one(0), dlambda);
+        let mut impulse = Spatial::zero();
+        for (k, (nodes, offset)) in alone.into_iter().enumerate().rev() {
+            if !T::IN_LANES && fold > 0 && k == 0 {
+                let waiting = self.impulses.pop().unwrap_or(Spatial::zero());
+                let both = Spatial::both(waiting, impulse);
+                impulse = self.substitute_halves::<BEYOND>(system, halves, both, dlambda).one(0);
+            }
+            impulse = self.substitute::<BEYOND>(system, nodes, offset, impulse, dlambda);
+        }
     }
 
     /// Eliminates the nodes of `order`, whose factors start at `offset`, in turn; what the first may follow on and what
@@ -189,11 +196,9 @@ impl<T: Real> TreeFactor<T> {
             } else {
                 let waited = if node.resumes { self.waiting.pop() } else { None };
                 let inner = waited.unwrap_or(view.fresh());
-                if node.leaves == Leaves::Nothing {
-                    factor.eliminate_root(&view.terms(), &carried, &inner);
-                    continue;
+                if node.leaves != Leaves::Nothing {
+                    self.resumed.push(inner.inverse_mass);
                 }
-                self.resumed.push(inner.inverse_mass);
                 factor.eliminate::<false>(&view.terms(), &mut carried, &inner);
             }
             if node.leaves == Leaves::Waiting {
@@ -301,7 +306,7 @@ impl<T: Real> Direct<T> {
 
 impl<T: Real> LinearSolver<T> for Direct<T> {
     fn solve(&mut self, system: &System<T>, _has_start: bool, dlambda: &mut [Spatial<T>]) -> LinearInfo {
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || self.factor.solve(system, dlambda),
         );

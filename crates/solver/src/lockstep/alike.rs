@@ -14,8 +14,7 @@ use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::ContactProjection;
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
-use crate::kernel::lane::Lanes;
+use crate::kernel::lane::{Lanes, Real};
 use crate::limits::{GROUP, shares_piece};
 use crate::linear::LinearSolver;
 use crate::linear::direct::Direct;
@@ -45,7 +44,7 @@ impl SideBySide {
             begin(component, interval, params, &mut NoGuess, &mut counters);
         let mut watch = Stopwatch::start();
         solver.solve(&component.system, false, &mut component.dlambda);
-        vectorized(
+        Lanes::<GROUP>::dispatch(
             #[inline(always)]
             || component.corrections(params.formulation, corrections),
         );

@@ -12,7 +12,6 @@ use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::limits::shares_piece;
 use crate::linear::LinearInfo;
 use crate::lockstep::Pace;
@@ -177,10 +176,7 @@ impl Island<'_> {
             }
             if let (true, Projector::Solve { solver, .. }) = (set.takes_part, projector) {
                 let mut watch = Stopwatch::start();
-                vectorized(
-                    #[inline(always)]
-                    || component.answer_pushes(),
-                );
+                component.answer_pushes();
                 let has_start = solver.uses_start();
                 let info = solver.solve(&component.system, has_start, &mut component.dlambda);
                 component.drop_free();

@@ -24,7 +24,6 @@ use super::halves::Halves;
 use super::problem::Problem;
 use super::sweep::Sweep;
 use crate::kernel::Spatial;
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::kernel::transfer::Columns;
 use crate::topology::Topology;
@@ -56,7 +55,7 @@ enum Memory<T> {
 }
 
 impl<T: Real> Elimination<T> {
-    /// Memory for systems of this connectivity; `None` where one body less would leave loops.
+    /// Memory for systems of this connectivity; `None` where one body less would leave loops, and for any loop in lanes.
     pub fn new(topology: &Topology) -> Option<Self> {
         let without = |far: usize| {
             let mut fixed = topology.fixed.clone();
@@ -68,6 +67,7 @@ impl<T: Real> Elimination<T> {
                 let halves = Halves::new(topology);
                 (topology.clone(), Memory::Tree(Sweep::new(topology, halves.of(topology)), halves))
             }
+            None if T::IN_LANES => return None,
             None => {
                 let (topology, far) = (0..topology.bodies()).find_map(|far| Some((without(far)?, far)))?;
                 let memory = Memory::Ring(Sweep::new(&topology, (0, 0)), far);
@@ -91,7 +91,7 @@ impl<T: Real> Elimination<T> {
         let Self { topology, memory, corrections, multipliers, .. } = self;
         let Memory::Tree(sweep, halves) = memory else { return false };
         let problem = Problem { topology, far: None, equations };
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || halves.solve_again(sweep, &problem, corrections, multipliers),
         );
@@ -107,7 +107,7 @@ impl<T: Real> Elimination<T> {
     fn solve_with(&mut self, equations: &Equations<T>, is_left: bool) -> (T, usize) {
         let Self { topology, memory, corrections, multipliers, mended } = self;
         corrections.fill(Spatial::zero());
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || match memory {
                 Memory::Tree(sweep, halves) => {
@@ -118,6 +118,10 @@ impl<T: Real> Elimination<T> {
                     (sweep.solved, sweep.wrong)
                 }
                 Memory::Ring(sweep, far) => {
+                    // No code of rings in lanes.
+                    if T::IN_LANES {
+                        return (T::splat(-1.0), 0);
+                    }
                     let problem = Problem { topology, far: Some(*far), equations };
                     sweep.is_left = is_left;
                     sweep.solve(&problem, corrections, multipliers);
@@ -136,7 +140,7 @@ impl Elimination {
         let Memory::Tree(sweep, halves) = &self.memory else { return };
         let problem = Problem { topology: &self.topology, far: None, equations };
         sweep.each_root(&problem, &mut |body, answer| see(body, None, &answer));
-        vectorized(
+        f64::dispatch(
             #[inline(always)]
             || {
                 halves.each_follower(sweep, &problem, &mut |node, [follows, answer]| {

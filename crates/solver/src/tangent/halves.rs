@@ -1,5 +1,7 @@
 //! A chain is eliminated from both its ends, its two halves side by side in vector registers.
 
+use std::ops::Range;
+
 use super::node::{Factor, Left, Sides, Terms, column, set_column};
 use super::problem::Problem;
 use super::sweep::Sweep;
@@ -21,7 +23,7 @@ pub(super) struct Halves<T> {
 impl<T: Real> Halves<T> {
     /// Where lanes fill the registers already, a chain is eliminated node by node, with the same bits.
     pub(super) fn new(topology: &Topology) -> Self {
-        let fold = if T::LANES == 1 { topology.fold } else { 0 };
+        let fold = if T::IN_LANES { 0 } else { topology.fold };
         let sides = vec![[[[Both::zero(); 1]; 3]; 2]; fold];
         Self { factors: vec![Factor::zero(); fold], sides, apart: vec![None; fold] }
     }
@@ -42,13 +44,13 @@ impl<T: Real> Halves<T> {
         corrections: &mut [Spatial<T>],
         multipliers: &mut [Spatial<T>],
     ) {
-        let (nodes, fold, first) = self.places(problem);
         sweep.begin(problem);
-        sweep.up(problem, 0..first);
-        if fold > 0 {
-            self.up(sweep, problem, first);
+        for (is_after, nodes) in self.alone(problem) {
+            if !T::IN_LANES {
+                self.up(sweep, problem, is_after);
+            }
+            sweep.up(problem, nodes);
         }
-        sweep.up(problem, first + 2 * fold..nodes);
         sweep.end(problem);
         if sweep.is_solved() {
             self.substitute(sweep, problem, corrections, multipliers);
@@ -64,21 +66,28 @@ impl<T: Real> Halves<T> {
         corrections: &mut [Spatial<T>],
         multipliers: &mut [Spatial<T>],
     ) {
-        let (nodes, fold, first) = self.places(problem);
         sweep.begin_carrying();
-        sweep.carry(problem, 0..first);
-        if fold > 0 {
-            self.carry(sweep, problem, first);
+        for (is_after, nodes) in self.alone(problem) {
+            if !T::IN_LANES {
+                self.carry(sweep, problem, is_after);
+            }
+            sweep.carry(problem, nodes);
         }
-        sweep.carry(problem, first + 2 * fold..nodes);
         sweep.end_carrying(problem);
         self.substitute(sweep, problem, corrections, multipliers);
     }
 
-    /// Number of nodes, of pairs of them, and the first node of a pair.
+    /// The nodes that are eliminated by themselves: those before the pairs and, with `true`, those after them.
     #[inline(always)]
-    fn places(&self, problem: &Problem<'_, T>) -> (usize, usize, usize) {
-        (problem.nodes().len(), self.factors.len(), self.of(problem.topology).0)
+    fn alone(&self, problem: &Problem<'_, T>) -> [(bool, Range<usize>); 2] {
+        let (first, count) = self.of(problem.topology);
+        [(false, 0..first), (true, first + count..problem.nodes().len())]
+    }
+
+    /// The first node of the pairs, if it is their turn and there are any.
+    #[inline(always)]
+    fn first(&self, problem: &Problem<'_, T>, is_their_turn: bool) -> Option<usize> {
+        (is_their_turn && !self.factors.is_empty()).then(|| self.of(problem.topology).0)
     }
 
     /// The way down.
@@ -90,18 +99,19 @@ impl<T: Real> Halves<T> {
         corrections: &mut [Spatial<T>],
         multipliers: &mut [Spatial<T>],
     ) {
-        let (nodes, fold, first) = self.places(problem);
         let numbers = sweep.first_movements(problem, corrections);
-        sweep.down(problem, first + 2 * fold..nodes, &numbers, corrections, multipliers);
-        if fold > 0 {
-            self.down(sweep, problem, first, corrections, multipliers);
+        for (is_after, nodes) in self.alone(problem).into_iter().rev() {
+            if !T::IN_LANES {
+                self.down(sweep, problem, !is_after, corrections, multipliers);
+            }
+            sweep.down(problem, nodes, &numbers, corrections, multipliers);
         }
-        sweep.down(problem, 0..first, &numbers, corrections, multipliers);
     }
 
-    /// Eliminates both halves, whose nodes begin at `first`.
+    /// Eliminates both halves.
     #[inline(always)]
-    fn up(&mut self, sweep: &mut Sweep<T, 1>, problem: &Problem<'_, T>, first: usize) {
+    fn up(&mut self, sweep: &mut Sweep<T, 1>, problem: &Problem<'_, T>, is_their_turn: bool) {
+        let Some(first) = self.first(problem, is_their_turn) else { return };
         let fold = self.factors.len();
         let nodes = problem.nodes();
         let start = |sweep: &Sweep<T, 1>, node: &Node| match node.follows {
@@ -144,7 +154,8 @@ impl<T: Real> Halves<T> {
 
     /// Takes other right-hand sides in both halves.
     #[inline(always)]
-    fn carry(&mut self, sweep: &mut Sweep<T, 1>, problem: &Problem<'_, T>, first: usize) {
+    fn carry(&mut self, sweep: &mut Sweep<T, 1>, problem: &Problem<'_, T>, is_their_turn: bool) {
+        let Some(first) = self.first(problem, is_their_turn) else { return };
         let fold = self.factors.len();
         let nodes = problem.nodes();
         let start = |sweep: &Sweep<T, 1>, node: &Node| match node.follows {
@@ -183,9 +194,25 @@ impl<T: Real> Halves<T> {
         problem: &Problem<'_, T>,
         see: &mut impl FnMut(&Node, [[Spatial<T>; 6]; 2]),
     ) {
-        let (count, fold, first) = self.places(problem);
+        for (is_after, nodes) in self.alone(problem) {
+            if !T::IN_LANES {
+                self.each_follower_of_pairs(sweep, problem, is_after, see);
+            }
+            sweep.each_follower(problem, nodes, see);
+        }
+    }
+
+    #[inline(always)]
+    fn each_follower_of_pairs(
+        &self,
+        sweep: &Sweep<T, 1>,
+        problem: &Problem<'_, T>,
+        is_their_turn: bool,
+        see: &mut impl FnMut(&Node, [[Spatial<T>; 6]; 2]),
+    ) {
+        let Some(first) = self.first(problem, is_their_turn) else { return };
+        let fold = self.factors.len();
         let nodes = problem.nodes();
-        sweep.each_follower(problem, 0..first, see);
         for k in 0..fold {
             let pair = [first + k, first + fold + k];
             if let Some(place) = self.apart[k] {
@@ -200,7 +227,6 @@ impl<T: Real> Halves<T> {
                 see(node, columns.map(|columns| columns.map(|column| column.one(side))));
             }
         }
-        sweep.each_follower(problem, first + 2 * fold..count, see);
     }
 
     /// Substitutes in both halves.
@@ -209,10 +235,11 @@ impl<T: Real> Halves<T> {
         &self,
         sweep: &mut Sweep<T, 1>,
         problem: &Problem<'_, T>,
-        first: usize,
+        is_their_turn: bool,
         corrections: &mut [Spatial<T>],
         multipliers: &mut [Spatial<T>],
     ) {
+        let Some(first) = self.first(problem, is_their_turn) else { return };
         let fold = self.factors.len();
         let nodes = problem.nodes();
         let movement = |corrections: &[Spatial<T>], bodies: [u32; 2]| {

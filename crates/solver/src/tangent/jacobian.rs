@@ -22,7 +22,6 @@ use self::blocks::JointBlocks;
 use super::{Equations, JointEquation};
 use crate::kernel::Spatial;
 use crate::kernel::block::Block;
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{self, Sym3, Vec3, times};
 use crate::topology::Topology;
@@ -141,7 +140,7 @@ impl<T: Real> Jacobian<T> {
     /// `A x`, or `A^T x`. Movements of held bodies in x count. `A x` has no rows of held bodies; in those of `A^T x` is what
     /// moving them would do.
     pub fn apply(&self, x: &Field<T>, transposed: bool, out: &mut Field<T>) {
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || self.apply_all(x, transposed, out),
         );

@@ -200,7 +200,10 @@ impl<T: Real, const M: usize> Sweep<T, M> {
         let mut outer = *outer;
         for trial in 0..TRIALS {
             if trial > 0 {
-                last = Factor::new(terms, &outer, forces);
+                last = T::dispatch(
+                    #[inline(always)]
+                    || Factor::new(terms, &outer, forces),
+                );
             }
             let (factor, solved) = (&last.0, self.solved);
             let mut waiting = T::splat(-1.0);

@@ -1,6 +1,5 @@
 //! Nothing is allocated once solvers and guesses are set up.
 
-
 use crate::common::*;
 use nalgebra::Vector3;
 use rod::{Air, Assembly, Gusts, Material, Model, RodSpec, Wind, shape};

@@ -1,6 +1,5 @@
 //! Derivatives of whole runs against central differences.
 
-
 use crate::common::*;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};

@@ -1,6 +1,5 @@
 //! The way back through a run: checkpoints, threads, and what forward sensitivities do not know.
 
-
 use std::sync::Arc;
 
 use crate::common::*;

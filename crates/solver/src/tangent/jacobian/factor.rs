@@ -6,7 +6,6 @@ use super::blocks::{self, add_to_turns, add_turned, inverse, minus, product, tot
 use super::{Field, Jacobian};
 use crate::kernel::Spatial;
 use crate::kernel::block::Block;
-use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 use crate::topology::Topology;
@@ -107,7 +106,7 @@ impl<T: Real> Factor<T> {
 
     /// Factors; returns whether it could in so many lanes: not where the equations are singular, or numbers are not finite.
     pub fn factor(&mut self, jacobian: &Jacobian<T>, lanes: usize) -> bool {
-        let sum = vectorized(
+        let sum = T::dispatch(
             #[inline(always)]
             || self.factor_tree(jacobian),
         );
@@ -237,12 +236,12 @@ impl<T: Real> Factor<T> {
         let mut active = T::splat(1.0);
         for _ in 0..MOST_REFINEMENTS {
             jacobian.apply(x, transposed, &mut residual);
-            vectorized(
+            T::dispatch(
                 #[inline(always)]
                 || residual.with(&right).for_each(|(own, right)| *own = right.plus(*own, T::splat(-1.0))),
             );
             self.solve_once(jacobian, &mut residual, transposed);
-            active = vectorized(
+            active = T::dispatch(
                 #[inline(always)]
                 || refine(x, &residual, &mut before, active),
             );
@@ -284,7 +283,7 @@ impl<T: Real> Factor<T> {
 
     /// Solves without the joints that close loops.
     fn solve_tree(&self, jacobian: &Jacobian<T>, x: &mut Field<T>, transposed: bool) {
-        vectorized(
+        T::dispatch(
             #[inline(always)]
             || match transposed {
                 true => self.solve_all::<true>(jacobian, x),
