@@ -6,6 +6,7 @@ use nalgebra::{Unit, Vector3};
 use rod::{Assembly, Friction, Material, Model, Obstacle, ObstacleShape, State, Surface, measure};
 use solver::counters::Counters;
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation};
 use solver::step::Status;
 
@@ -80,6 +81,42 @@ fn a_rod_rests_on_an_incline_below_the_angle_of_friction_and_slides_above() {
         println!("mu {friction}: {below:.2e} m below; above {above:.5} m, theory {theory:.5} m");
         assert!(below < 1e-4, "{below}");
         assert!((above / theory - 1.0).abs() < 0.01, "{above} {theory}");
+    }
+}
+
+/// On an incline between the angles of sliding and of static friction a rod at rest stays, one that goes down goes on with
+/// `g (sin - mu cos)` of sliding friction, and one that goes up stops after `v^2 / 2 g (sin + mu cos)` and stays.
+#[test]
+fn between_the_two_angles_of_friction_what_rests_stays_and_what_slides_goes_on() {
+    let (angle, friction) = (0.35_f64.atan(), Friction { at_rest: 0.4, sliding: 0.3 });
+    let pull = |sign: f64| GRAVITY * (angle.sin() + sign * friction.sliding * angle.cos());
+    for formulation in [Formulation::Xpbd, Formulation::XpbdGeometric, Formulation::Newton] {
+        for integrator in [Integrator::Euler, Integrator::Bdf2] {
+            let slid = |speed: f64| {
+                let beam = Beam::rubber(10);
+                let mut assembly = Assembly::new(tilted(angle));
+                assembly.rod(&beam.spec(Vector3::z() * beam.radius, Vector3::x()));
+                let (mut model, mut state) = assembly.finish();
+                model.contacts.obstacles.push(ground(Surface { friction, restitution: 0.0 }));
+                state.velocities.fill(Vector3::x() * speed);
+                let mut settings = Settings::default();
+                (settings.step.formulation, settings.step.integrator) = (formulation, integrator);
+                let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+                for _ in 0..100 {
+                    assert!(simulation.step(DT).unwrap().status <= Status::ConvergedInSubsteps);
+                }
+                let mut end = state.clone();
+                simulation.store(&mut end);
+                ((end.positions[5] - state.positions[5]).x, end.velocities[5].x)
+            };
+            let ((rests, _), (down, _), (up, stopped)) = (slid(0.0), slid(-0.5), slid(1.0));
+            let (down_theory, up_theory) = (-0.5 - 0.5 * pull(-1.0), 0.5 / pull(1.0));
+            println!("{formulation} {integrator}: {rests:.1e} m, {down:.4} ({down_theory:.4}), {up:.4} ({up_theory:.4}) m");
+            assert!(rests.abs() < 1e-4, "{formulation} {integrator}: {rests}");
+            assert!((down / down_theory - 1.0).abs() < 0.01, "{formulation} {integrator}: {down} {down_theory}");
+            // A step more or less of the way.
+            assert!((up - up_theory).abs() < DT && stopped.abs() < 1e-3, "{formulation} {integrator}: {up} {stopped}");
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 //! All kernels are written once, over [`Real`]. Lanes never mix, and products and sums are rounded one by one (no fused
 //! multiply-add), so that a rod's bits do not depend on the lanes beside it nor on the machine's vector width.
 
-use super::dispatch::in_lanes;
+use super::dispatch::{in_lanes, vectorized};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A real number or a small vector of them, with lane-wise arithmetic.
@@ -55,7 +55,7 @@ pub trait Real:
     fn zero() -> Self {
         Self::splat(0.0)
     }
-    /// Runs a kernel over such numbers: over lanes with the widest vector instructions of the machine, else as it is.
+    /// Runs a kernel over such numbers with the widest vector instructions of the machine, where that pays.
     #[inline(always)]
     fn dispatch<R>(kernel: impl FnOnce() -> R) -> R {
         kernel()
@@ -64,6 +64,10 @@ pub trait Real:
 
 impl Real for f64 {
     const LANES: usize = 1;
+    #[inline(always)]
+    fn dispatch<R>(kernel: impl FnOnce() -> R) -> R {
+        vectorized(kernel)
+    }
     #[inline(always)]
     fn splat(value: f64) -> Self {
         value
