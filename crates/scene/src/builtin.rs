@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 
 use serde::Deserialize;
 
+use crate::error::nearest;
 use crate::{Scene, SceneError, parse_refined};
 
 /// Name and first words of a builtin scene.
@@ -71,9 +72,6 @@ const FILES: &[(&str, &str)] = files![
     "tiny-rod",
 ];
 
-/// Similarity, of 0 to 1, from which a name is taken for a slip of the pen.
-const ALIKE: f64 = 0.7;
-
 /// All builtin scenes: the paper's first, then cases with a known answer, then stress cases.
 pub fn builtins() -> Vec<Builtin> {
     #[derive(Default, Deserialize)]
@@ -100,10 +98,9 @@ pub fn builtin_refined(name: &str, factor: NonZeroUsize) -> Result<Scene, SceneE
     match FILES.iter().find(|(known, _)| *known == name) {
         Some((_, text)) => parse_refined(text, &format!("scenes/{name}.toml"), factor),
         None => {
-            let likeness = |known: &str| strsim::jaro_winkler(name, known);
-            let alike = FILES.iter().map(|(known, _)| *known).filter(|known| likeness(known) > ALIKE);
-            let nearest = alike.max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-            let meant = nearest.map(|known| format!("; did you mean `{known}`?")).unwrap_or_default();
+            let meant = nearest(name, FILES.iter().map(|(known, _)| *known))
+                .map(|known| format!("; did you mean `{known}`?"))
+                .unwrap_or_default();
             let known = FILES.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
             Err(SceneError::UnknownBuiltin { name: name.to_owned(), meant, known })
         }

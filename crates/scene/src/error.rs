@@ -47,6 +47,23 @@ pub(crate) const LARGEST: f64 = 1e30;
 /// [`LARGEST`] in words.
 pub(crate) const AT_MOST: &str = "1e30 in size at most";
 
+/// Similarity, of 0 to 1, from which a name is taken for a slip of the pen.
+const ALIKE: f64 = 0.75;
+
+/// Of the `known` names that one which may have been meant.
+pub(crate) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let likeness = |known: &&str| strsim::jaro_winkler(name, known);
+    known.filter(|known| likeness(known) > ALIKE).max_by(|a, b| likeness(a).total_cmp(&likeness(b)))
+}
+
+/// What is wrong with the key at the end of a path, given the known ones, each in backticks.
+fn unknown_key(path: &str, known: &str) -> String {
+    let name = path.rsplit('.').next().unwrap_or(path);
+    let meant = nearest(name, known.split('`').skip(1).step_by(2));
+    let meant = meant.map(|known| format!(" (did you mean `{known}`?)")).unwrap_or_default();
+    format!("{path} is not a known key{meant}; expected {known}")
+}
+
 pub(crate) type Result<T> = std::result::Result<T, SceneError>;
 
 /// A scene file's text and name: turns places in the text into errors, and checks values.
@@ -83,8 +100,8 @@ impl Source<'_> {
         let expected = message.split_once(", expected ").map(|(_, expected)| expected);
         let is_key = !value.starts_with(['"', '\'']);
         let message = match (kind, expected) {
-            ("unknown field ", Some(known)) => format!("{path} is not a known key; expected {known}"),
-            ("unknown variant ", Some(known)) if is_key => format!("{path} is not a known key; expected {known}"),
+            ("unknown field ", Some(known)) => unknown_key(&path, known),
+            ("unknown variant ", Some(known)) if is_key => unknown_key(&path, known),
             ("missing field ", _) => at(format!("missing key `{quoted}")),
             ("invalid type: map, expected a sequence", _) => {
                 format!("{path} is a table, but it must be a list: [...], or one [[...]] for each table in it")

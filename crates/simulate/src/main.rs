@@ -36,7 +36,7 @@ use terminal::say;
 
 use crate::cli::{Cli, Command};
 
-/// Exit code of a run whose numbers were not finite or whose joints came apart, or of an equilibrium that was not found.
+/// Exit code of a run with a step that was not solved to its tolerance, and of an equilibrium that was not found.
 const FAILED: u8 = 1;
 /// Exit code of bad input: flags, scenes, places to write to.
 const BAD_INPUT: u8 = 2;
@@ -50,6 +50,8 @@ enum Outcome {
     Interrupted,
     /// The run went wrong, or could not go on: where and why.
     Stuck(String),
+    /// The run came to its end with steps that were not solved to their tolerance: how many.
+    Inaccurate(String),
     /// No equilibrium was found.
     NotConverged,
 }
@@ -101,6 +103,10 @@ fn main() -> ExitCode {
         Ok(Outcome::Interrupted) => ExitCode::from(terminal::INTERRUPTED),
         Ok(Outcome::Stuck(why)) => {
             terminal::complain(format_args!("{why}"));
+            ExitCode::from(FAILED)
+        }
+        Ok(Outcome::Inaccurate(warning)) => {
+            terminal::warn(format_args!("{warning}"));
             ExitCode::from(FAILED)
         }
         Ok(Outcome::NotConverged) => ExitCode::from(FAILED),

@@ -160,6 +160,16 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         (interrupted, _) => match apart {
             Some(apart) => Outcome::Stuck(format!("{}: {apart}", scene.name)),
             None if interrupted => Outcome::Interrupted,
+            // Predictions in the place of solves have no tolerance to meet.
+            None if reached.status == Status::OutOfIterations && args.end_to_end.is_none() => {
+                let unsolved = simulation.counters().not_converged;
+                let steps =
+                    if unsolved == 1 { "1 step or substep was" } else { &format!("{unsolved} steps or substeps were") };
+                Outcome::Inaccurate(format!(
+                    "{}: {steps} not solved to the tolerance, the results may be wrong; try a smaller --dt",
+                    scene.name
+                ))
+            }
             None => Outcome::Done,
         },
     })

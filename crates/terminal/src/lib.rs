@@ -37,6 +37,12 @@ pub fn complain(error: Arguments<'_>) {
     let _ = writeln!(io::stderr(), "error: {error}");
 }
 
+/// Prints a warning to standard error.
+pub fn warn(warning: Arguments<'_>) {
+    // Where standard error is closed, the exit code is all that is left to say.
+    let _ = writeln!(io::stderr(), "warning: {warning}");
+}
+
 /// A bar of `length` things called `unit` with an estimate of the time left, invisible when `quiet` or not on a terminal.
 ///
 /// # Errors

@@ -111,7 +111,9 @@ fn between_the_two_angles_of_friction_what_rests_stays_and_what_slides_goes_on()
             };
             let ((rests, _), (down, _), (up, stopped)) = (slid(0.0), slid(-0.5), slid(1.0));
             let (down_theory, up_theory) = (-0.5 - 0.5 * pull(-1.0), 0.5 / pull(1.0));
-            println!("{formulation} {integrator}: {rests:.1e} m, {down:.4} ({down_theory:.4}), {up:.4} ({up_theory:.4}) m");
+            println!(
+                "{formulation} {integrator}: {rests:.1e} m, {down:.4} ({down_theory:.4}), {up:.4} ({up_theory:.4}) m"
+            );
             assert!(rests.abs() < 1e-4, "{formulation} {integrator}: {rests}");
             assert!((down / down_theory - 1.0).abs() < 0.01, "{formulation} {integrator}: {down} {down_theory}");
             // A step more or less of the way.

@@ -1,10 +1,9 @@
 //! The learned guess is the same as in training.
 
-
+use crate::moving::{KINDS, Prepared, apart, in_motion, prepared};
 use burn::tensor::Tensor;
 use copingnet::{Backend, GraphTensors, Inputs, Network};
 use graph::Batch;
-use crate::moving::{KINDS, Prepared, apart, in_motion, prepared};
 use solver::kernel::Spatial;
 
 #[test]

@@ -1,10 +1,9 @@
 //! Checkpoints come back to the bit, and whatever is done to their files gives one error that names a file.
 
-
 use std::sync::LazyLock;
 
-use copingnet::{Checkpoint, Features, Head, Weights};
 use crate::files::{leg, resealed, small};
+use copingnet::{Checkpoint, Features, Head, Weights};
 use proptest::prelude::*;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 

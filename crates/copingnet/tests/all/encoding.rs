@@ -1,10 +1,9 @@
 //! From states to inputs and from outputs to multipliers: what must not change them, and what must come back.
 
-
-use copingnet::{Head, Inputs};
-use graph::{Normal, corrections, planar_normal};
 use crate::moving::scenes::{advance, moved, zeros};
 use crate::moving::{KINDS, Prepared, apart, in_motion, lying, numbers, prepared};
+use copingnet::{Head, Inputs};
+use graph::{Normal, corrections, planar_normal};
 use nalgebra::{UnitQuaternion, Vector3};
 use solver::kernel::Spatial;
 use solver::kernel::math::Vec3;

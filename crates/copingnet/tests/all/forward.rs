@@ -1,6 +1,5 @@
 //! The packed forward pass beside the plain one.
 
-
 use std::sync::Arc;
 
 use crate::common::{Inputs, batch, chain, reference, ring, tree, weights};

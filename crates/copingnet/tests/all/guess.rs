@@ -1,9 +1,8 @@
 //! The learned guess: bits that depend on the system alone, no allocations.
 
-
-use copingnet::{GnGuess, Trained};
 use crate::moving::scenes::{DT, zeros};
 use crate::moving::{KINDS, Prepared, in_motion, prepared};
+use copingnet::{GnGuess, Trained};
 use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
 use solver::projection::Projection;

@@ -1,11 +1,10 @@
 //! The network in burn beside its packed forward pass and the plain one in f64: outputs, gradients, reach.
 
-
 use std::sync::Arc;
 
+use crate::common::{Inputs, batch, branched, chain, reference, ring, rows, tree, weights};
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor, TensorData};
-use crate::common::{Inputs, batch, branched, chain, reference, ring, rows, tree, weights};
 use copingnet::inference::Packed;
 use copingnet::{Backend, GraphTensors, Network, NetworkConfig, Output, Weights};
 use graph::{Batch, Graph};

@@ -1,12 +1,11 @@
 //! Training states come back to the bit, and whatever is done to their files gives one error that names the file.
 
-
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::LazyLock;
 
-use copingnet::TrainingState;
 use crate::files::{leg, resealed};
+use copingnet::TrainingState;
 use proptest::prelude::*;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 

@@ -1,9 +1,8 @@
 //! The learned start of a whole step: a wrong network costs time, never the motion.
 
-
+use crate::moving::in_motion;
 use copingnet::{Encoding, Features, GnStepGuess, Head, NetworkConfig, Trained, Weights};
 use graph::{Graph, Norms, planar_normal};
-use crate::moving::in_motion;
 use rod::{Model, State};
 use solver::counters::Counters;
 use solver::formulation::Formulation;

@@ -1,6 +1,5 @@
 //! Generation: the same bits on any number of threads and in any parts, resumable, and never over another set.
 
-
 use std::sync::Mutex;
 
 use crate::common::{files, generated, small};

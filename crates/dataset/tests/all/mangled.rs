@@ -1,6 +1,5 @@
 //! Whatever is done to a data set's files, it opens, or gives one error that names a file; nothing panics.
 
-
 use std::path::Path;
 use std::sync::LazyLock;
 

@@ -1,6 +1,5 @@
 //! Samples: what is stored rebuilds the linear systems to the last bit, and batches have the right rows.
 
-
 use crate::common::{generated, small};
 use dataset::{Config, PaperBatch, Scenario, Split, shuffled};
 use graph::{Normal, Norms, corrections, paper};

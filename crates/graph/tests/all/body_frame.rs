@@ -1,6 +1,5 @@
 //! The body-frame features: what they must not depend on, what they say of the right-hand side, and no allocations.
 
-
 use crate::common::{All, advance, assert_close, component, features, helix, moved, rod, tree, zeros};
 use graph::body_frame::{self, Features};
 use graph::{Channel, Normal, Whitening, corrections, mask, planar_normal};

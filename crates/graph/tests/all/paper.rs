@@ -1,6 +1,5 @@
 //! The paper's features: layout, values computed by hand, flags, norms.
 
-
 use crate::common::{component, helix, rod, tree, zeros};
 use graph::paper::{self, fill_changing_nodes, fill_constant_nodes, fill_edges, normalized_modulus};
 use graph::{Batch, Norms, corrections};

@@ -1,6 +1,5 @@
 //! Restriction of predictions to a planar rod's plane.
 
-
 use crate::common::{advance, component, rod};
 use graph::{corrections, planar_normal, project_to_plane};
 use nalgebra::Vector3;

@@ -1,6 +1,5 @@
 //! The head that derives forces from turns: exact outputs give the exact multipliers, and gradients come back.
 
-
 use crate::common::{advance, component, helix, rod, tree, zeros};
 use graph::body_frame::{EDGE_CHANGING, Features, NODE_CHANGING};
 use graph::semi::{self, Semi};

@@ -1,6 +1,5 @@
 //! What guesses of whole steps are made of: turns of the last steps, and states from orientations.
 
-
 use std::sync::{Arc, Mutex};
 
 use crate::common::{component, helix, rod, tree};

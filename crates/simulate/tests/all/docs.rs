@@ -1,6 +1,5 @@
 //! `docs/files.md` names every file that a run writes, and everything that stands in it.
 
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;

@@ -1,6 +1,5 @@
 //! What is printed for a person: no noise, no blanks at the ends of lines, no numbers that cannot be meant.
 
-
 use crate::common::{run, texts};
 
 /// Standard output of a run that goes well, after a check that no line ends in a blank.

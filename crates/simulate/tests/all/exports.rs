@@ -1,6 +1,5 @@
 //! Files for other programs from a run on the disk: those that the run itself would have written.
 
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

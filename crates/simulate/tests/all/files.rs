@@ -1,6 +1,5 @@
 //! What `--out` writes, and what Ctrl-C leaves of it.
 
-
 use std::fs;
 use std::path::Path;
 use std::process::Stdio;

@@ -1,6 +1,5 @@
 //! A run has its folder to itself: whose files go, whose stay, and what a run leaves that does not come to its end.
 
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};

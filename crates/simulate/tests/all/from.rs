@@ -1,6 +1,5 @@
 //! Runs that begin where others have left off.
 
-
 use std::path::Path;
 
 use crate::common::{run, texts};

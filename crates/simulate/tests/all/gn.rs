@@ -1,6 +1,5 @@
 //! COPINGNet's guesses on the command line: networks built in and from files, right, wrong and damaged ones.
 
-
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;

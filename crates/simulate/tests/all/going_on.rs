@@ -1,6 +1,5 @@
 //! Runs that go on from a snapshot, frames that are kept, and what probes and contacts say.
 
-
 use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};

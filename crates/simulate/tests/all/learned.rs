@@ -1,6 +1,5 @@
 //! Learned guesses on the command line: the data set on first use, starts, end to end.
 
-
 use std::fs;
 
 use crate::common::{json, nulls, run, texts};

@@ -44,5 +44,5 @@ fn without_networks_a_search_begins_as_drawn_and_a_learned_start_is_refused() {
     assert_eq!(json(&["static", file])["learned_start_solves"], serde_json::Value::Null);
     let refused = run(&["static", file, "--start", "learned"]);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(texts(&refused).1.contains("--start learned needs the cargo feature gn"), "{refused:?}");
+    assert!(texts(&refused).2.contains("--start learned needs the cargo feature gn"), "{refused:?}");
 }

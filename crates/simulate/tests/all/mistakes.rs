@@ -1,7 +1,6 @@
 //! Mistakes: one error that names the flag or file, the value and what is allowed; exit code 2; nothing on standard
 //! output.
 
-
 use std::fs;
 
 use crate::common::{run, texts};

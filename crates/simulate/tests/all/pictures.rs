@@ -1,6 +1,5 @@
 //! What `--view`, `--plot` and `--export` write, and that a run without them is the same run.
 
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;

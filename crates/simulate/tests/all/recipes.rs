@@ -1,6 +1,5 @@
 //! The scenes of `docs/recipes.md` run.
 
-
 use crate::common::json;
 
 const RECIPES: &str = include_str!("../../../../docs/recipes.md");

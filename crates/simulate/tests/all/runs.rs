@@ -1,6 +1,5 @@
 //! Runs that go well: what they print, count and repeat.
 
-
 use std::fs;
 
 use crate::common::{builtin_names, json, many_rods, nulls, run, simulate, texts};
@@ -366,4 +365,17 @@ fn a_run_whose_joints_come_apart_says_so_and_fails() {
     let output = run(&[file]);
     let (code, out, _) = texts(&output);
     assert!(code == Some(1) && out.contains("joints apart: 60 steps"), "{out}");
+}
+
+/// What is not solved to its tolerance says so to whoever reads the exit code alone, and writes its files all the same.
+#[test]
+fn a_run_with_steps_that_are_not_solved_ends_with_a_warning_and_exit_code_1() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let output = run(&["helix", "--steps", "2", "--tolerance", "1e-17", "--out", out.to_str().unwrap()]);
+    let (code, printed, warned) = texts(&output);
+    assert_eq!(code, Some(1));
+    assert!(printed.contains("out of iterations: 2 steps"), "{printed}");
+    assert!(warned.starts_with("warning: helix: 128 steps or substeps were not solved to the tolerance"), "{warned}");
+    assert!(out.join("summary.json").exists() && out.join("trajectory.safetensors").exists());
 }

@@ -1,6 +1,5 @@
 //! Starts of whole steps on the command line.
 
-
 use crate::common::{builtin_names, json, learned_from, nulls, run, texts};
 use serde_json::Value;
 
