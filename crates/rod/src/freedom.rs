@@ -119,10 +119,15 @@ impl Model {
     }
 
     /// Adds springs to a joint, in series with what it yields already. A hinge with a finite stiffness of twist is held by
-    /// that spring about its axis, and no longer free. An index that is none changes nothing.
+    /// that spring about its axis, and no longer free. Where springs along the three axes differ, an anchor becomes the joint's
+    /// body a: what slides moves along axes that the anchor holds, for any stroke, and no moment of the gap is left out. An index
+    /// that is none changes nothing.
     pub fn soften(&mut self, joint: usize, springs: &Springs) {
         let Some(joint) = self.joints.get_mut(joint) else { return };
         let [across, sideways, along] = springs.force;
+        if (across != sideways || across != along) && matches!(joint.b, Body::Anchor(_)) {
+            joint.exchange_bodies();
+        }
         let [first, second, twist] = springs.moment;
         joint.shear_compliance += 1.0 / across;
         joint.shear_extra += 1.0 / sideways - 1.0 / across;

@@ -182,6 +182,18 @@ impl Joint {
         self.arm(q_b, &(q_b * Vector3::z()), 1)
     }
 
+    /// Makes body b body a. The Darboux vector and its energy stay what they are but for the sign; compliances of stretch and
+    /// shear are those along the axes of the other body from now on.
+    pub(crate) fn exchange_bodies(&mut self) {
+        std::mem::swap(&mut self.a, &mut self.b);
+        std::mem::swap(&mut self.offset_a, &mut self.offset_b);
+        self.rest_frames.swap(0, 1);
+        self.rest_darboux = -self.rest_darboux;
+        if let Some(mount) = &mut self.mount {
+            mount.across.swap(0, 1);
+        }
+    }
+
     /// From the centre of body a (`end` 0) or b (1), which is oriented so and has this axis d3, to its connector [m].
     #[inline]
     pub(crate) fn arm(&self, q: &UnitQuaternion<f64>, axis: &Vector3<f64>, end: usize) -> Vector3<f64> {

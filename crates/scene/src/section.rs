@@ -1,7 +1,7 @@
 //! From a rod's keys to its sections and the radii with which it touches, its frame and its inner damping.
 
 use nalgebra::Vector3;
-use rod::{InnerDamping, LineInertia, Section, Stiffness};
+use rod::{InnerDamping, LineInertia, Section, Stiffness, Stretch};
 use toml::Spanned;
 
 use crate::bodies::length;
@@ -65,6 +65,9 @@ fn section(source: &Source, rod: &format::Rod, given: &Spanned<format::Section>)
     })
 }
 
+/// `k G A` over `E A` of a round rod whose material is isotropic with Poisson's ratio 0.3.
+const ISOTROPIC_SHEAR: f64 = Stretch::SHEAR_FACTOR / 2.6;
+
 /// A section that is given by what it resists.
 fn known(
     source: &Source,
@@ -81,7 +84,7 @@ fn known(
     let is_physical = matches!(rod.stretch, format::Stretch::Physical);
     for (name, value) in axial {
         match value {
-            None if is_physical => {
+            None if is_physical && name == "stretch_n" => {
                 return source
                     .wrong(given.span(), &format!("missing key `{name}`, which `stretch = \"physical\"` needs"));
             }
@@ -89,14 +92,15 @@ fn known(
             _ => {}
         }
     }
-    let [stretch, shear] = axial.map(|(_, value)| number_or(value, f64::INFINITY, |v| source.positive(v, "N")));
+    let stretch = number_or(&known.stretch_n, f64::INFINITY, |v| source.positive(v, "N"))?;
+    let shear = number_or(&known.shear_n, ISOTROPIC_SHEAR * stretch, |v| source.positive(v, "N"))?;
     let stiffness = |value: &format::Number| source.positive(value, "N m^2");
     let [first, second] = &known.bending_n_m2.0;
     let mass = source.positive(&known.mass_kg_m, "kg/m")?;
     Ok(Section::Known {
         stiffness: Stiffness {
-            stretch: stretch?,
-            shear: shear?,
+            stretch,
+            shear,
             bending: [stiffness(first)?, stiffness(second)?],
             torsion: stiffness(&known.torsion_n_m2)?,
         },

@@ -185,7 +185,7 @@ pub(crate) struct RunArgs {
     /// Write the files to this folder: trajectory.safetensors, centreline.csv, snapshots.svg, summary.json, probes.csv if the
     /// scene has probes, and what --view, --plot, --export, --contact-forces and --snapshot ask for. The run has the folder
     /// to itself: what an earlier run wrote there is removed, other files stay [default where one of the five is given:
-    /// out/SCENE].
+    /// out/SCENE, or out/SCENE-2 where the run begins with the one in out/SCENE].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }
@@ -216,9 +216,14 @@ impl RunArgs {
     }
 
     /// The files that are asked for, of a run of this scene, with these rods in those that do not have all of them.
-    pub(crate) fn wanted<'a>(&'a self, scene: &'a Scene, rods: Option<Vec<usize>>) -> Option<Wanted<'a>> {
+    pub(crate) fn wanted<'a>(
+        &'a self,
+        scene: &'a Scene,
+        from: Option<&Path>,
+        rods: Option<Vec<usize>>,
+    ) -> Option<Wanted<'a>> {
         let Self { view, plot, contact_forces, snapshot, .. } = *self;
-        let directory = || self.out.clone().unwrap_or_else(|| Path::new(OUT).join(&scene.name));
+        let directory = || self.out.clone().unwrap_or_else(|| default_folder(&scene.name, from));
         self.writes().then(|| Wanted {
             directory: directory(),
             view,
@@ -350,6 +355,23 @@ impl ModesArgs {
         let by_default = || self.view.then(|| Path::new(OUT).join(scene));
         let directory = self.out.clone().or_else(by_default)?;
         Some(Wanted { view: self.view, ..Wanted::plain(&directory) })
+    }
+}
+
+/// The folder of a run for which none is named: out/SCENE; of one that goes on `from` there out/SCENE-2, from there out/SCENE-3,
+/// and so on, so that a run does not replace the one that it begins with.
+fn default_folder(scene: &str, from: Option<&Path>) -> PathBuf {
+    let number = || {
+        let from = from?.canonicalize().ok()?;
+        if from.parent()? != Path::new(OUT).canonicalize().ok()? {
+            return None;
+        }
+        let rest = from.file_name()?.to_str()?.strip_prefix(scene)?;
+        if rest.is_empty() { Some(1) } else { rest.strip_prefix('-')?.parse::<u32>().ok() }
+    };
+    match number() {
+        None => Path::new(OUT).join(scene),
+        Some(number) => Path::new(OUT).join(format!("{scene}-{}", number.saturating_add(1))),
     }
 }
 

@@ -25,7 +25,7 @@ use crate::keep::Keep;
 use crate::measured::Measured;
 use crate::reached::Reached;
 use crate::rods;
-use crate::scenes::{Begin, overlapping, scene, settings, use_threads};
+use crate::scenes::{Begin, origin, overlapping, scene, settings, use_threads};
 use crate::summary::{Start, Summary};
 use terminal::{Progress, say};
 
@@ -88,7 +88,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::new(scene.run.steps, "steps", quiet)?;
     let label = label(&scene, &settings, name, args);
-    let wanted = args.wanted(&scene, rods);
+    let wanted =
+        args.wanted(&scene, origin(&scene, &scene_args.begin).map(|(_, origin)| origin.folder.as_path()), rods);
     let keep = wanted.map(|wanted| Keep::open(wanted, &scene, &model, &label, time));
     let mut keep = keep.transpose().context("--out")?;
     if !quiet {

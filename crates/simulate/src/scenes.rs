@@ -55,7 +55,7 @@ fn come_to_rest(scene: &mut Scene) -> Result<()> {
 }
 
 /// The run from which the scene is to begin, if there is one: the flag's, else the scene's; with who asks for it, in words.
-fn origin<'a>(scene: &'a Scene, BeginArgs { from }: &'a BeginArgs) -> Option<(String, &'a Origin)> {
+pub(crate) fn origin<'a>(scene: &'a Scene, BeginArgs { from }: &'a BeginArgs) -> Option<(String, &'a Origin)> {
     let (key, origin) = match (from, &scene.from) {
         (Some(origin), _) => ("--from".to_owned(), origin),
         (None, Some(origin)) => (format!("{}: run.from", scene.name), origin),

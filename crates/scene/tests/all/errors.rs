@@ -268,8 +268,8 @@ mistakes! {
         "9: rods[0].section.stiffness.bending_n_m2 = [1], but it must be two values: [x, y]";
     stiffness_that_no_stretch_asks_for: "clamp" => "section.stiffness = { bending_n_m2 = [1, 2], torsion_n_m2 = 1, mass_kg_m = 1, stretch_n = 5 }\nclamp",
         "9: rods[0].section.stiffness.stretch_n: goes with `stretch = \"physical\"`";
-    stretch_that_no_stiffness_says: "clamp" => "stretch = \"physical\"\nsection.stiffness = { bending_n_m2 = [1, 2], torsion_n_m2 = 1, mass_kg_m = 1, stretch_n = 5 }\nclamp",
-        "10: rods[0].section: missing key `shear_n`, which `stretch = \"physical\"` needs";
+    stretch_that_no_stiffness_says: "clamp" => "stretch = \"physical\"\nsection.stiffness = { bending_n_m2 = [1, 2], torsion_n_m2 = 1, mass_kg_m = 1, shear_n = 5 }\nclamp",
+        "10: rods[0].section: missing key `stretch_n`, which `stretch = \"physical\"` needs";
     stiffness_and_a_material: "clamp" => "density_kg_m3 = 5\nsection.stiffness = { bending_n_m2 = [1, 2], torsion_n_m2 = 1, mass_kg_m = 1 }\nclamp",
         "9: rods[0].density_kg_m3: `section.stiffness` says what the rod resists and weighs; leave it out";
     section_and_pieces: "clamp" => "section.circle.radius_m = 1\npieces = []\nclamp",

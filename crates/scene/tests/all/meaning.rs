@@ -268,3 +268,18 @@ fn a_minimal_file_has_the_declared_defaults() {
     paper.model.segments[0].fixed = false;
     assert_eq!((scene.model, scene.state, scene.run), (paper.model, paper.state, paper.run));
 }
+
+/// Who knows a cable's `E A` need not know its shear stiffness.
+#[test]
+fn shear_stiffness_is_that_of_an_isotropic_material_unless_it_is_given() {
+    let joint = |shear: &str| {
+        let text = format!(
+            "[[rods]]\nradius_m = 0.01\nstretch = \"physical\"\nshape.straight = {{ length_m = 1, segments = 4 }}\n\
+             section.stiffness = {{ bending_n_m2 = [30, 20], torsion_n_m2 = 10, mass_kg_m = 0.5, stretch_n = 1e6{shear} }}\n"
+        );
+        scene::parse(&text, "cable.toml").unwrap().model.joints[1]
+    };
+    let (default, given) = (joint(""), joint(", shear_n = 346153.84615384616"));
+    assert!((default.shear_compliance / given.shear_compliance - 1.0).abs() < 1e-12);
+    assert_eq!(default.stretch_compliance, given.stretch_compliance);
+}

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{run, texts};
+use crate::common::{run, simulate, texts};
 use export::read_trajectory;
 
 /// Runs that end well and say nothing.
@@ -34,6 +34,23 @@ fn a_run_begins_with_another_ones_last_frame_or_a_named_one() {
     // It may even take the folder that it begins from.
     runs(&["helix", "--steps", "2", "--out", &first, "--from", &first]);
     assert_eq!(trajectory(&first).states[0], before.states[30]);
+}
+
+/// Where no folder is named, a run does not take that of the run that it goes on from.
+#[test]
+fn a_run_that_goes_on_leaves_the_folder_that_it_begins_with() {
+    let place = tempfile::tempdir().expect("a folder");
+    for (from, own) in [(None, "out/helix"), (Some("out/helix"), "out/helix-2"), (Some("out/helix-2"), "out/helix-3")] {
+        let mut arguments = vec!["helix", "--steps", "2", "--plot", "--quiet"];
+        arguments.extend(from.iter().flat_map(|from| ["--from", from]));
+        let output = simulate(&arguments).current_dir(&place).output().expect("it starts");
+        assert_eq!(texts(&output), (Some(0), "", ""), "{from:?}");
+        let begun = trajectory(place.path().join(own).to_str().expect("UTF-8"));
+        if let Some(from) = from {
+            let before = trajectory(place.path().join(from).to_str().expect("UTF-8"));
+            assert_eq!((begun.states.len(), &begun.states[0]), (3, &before.states[2]), "{from}");
+        }
+    }
 }
 
 #[test]

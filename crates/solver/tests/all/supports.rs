@@ -8,6 +8,7 @@ use rod::{
     Assembly, Damping, Freedom, JointForce, Model, Reaction, RodSpec, Springs, State, darboux::darboux, measure, shape,
 };
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 use solver::statics::{StaticParams, equilibrium};
@@ -249,6 +250,47 @@ fn springs_yield_by_force_over_stiffness() {
         let (_, turn) = yields(Springs { force: [none; 3], moment }, z * 0.0, axis * torque);
         let angle = (torque * (1.0 / turning + compliance)).asin();
         assert!((turn - axis * angle).norm() < 1e-5, "{k}: {turn} {angle}");
+    }
+}
+
+/// A face that slides along its grip carries any stroke, of either end of a rod and of one segment as of several: it gains the
+/// speed of its mass, `F t / m`, and the work of the force is its energy.
+#[test]
+fn a_grip_lets_a_rod_slide_through_any_stroke() {
+    const FORCE: f64 = 2.0;
+    for (segments, at_end, integrator) in
+        [(1, true, Integrator::Euler), (1, false, Integrator::Bdf2), (8, true, Integrator::Bdf2)]
+    {
+        for (formulation, pull) in [(Formulation::XpbdGeometric, FORCE), (Formulation::Newton, -FORCE)] {
+            let mut assembly = Assembly::new(Vector3::zeros());
+            let nodes = shape::straight(Vector3::zeros(), Vector3::x(), LENGTH, segments);
+            let rod = assembly.rod(&RodSpec::new(nodes, 0.005, material(1e9, 1000.0)));
+            _ = if at_end { assembly.clamp_end(&rod) } else { assembly.clamp_start(&rod) };
+            let (mut model, state) = assembly.finish();
+            let joint = model.joints.len() - 1;
+            let soft = Springs { force: [f64::INFINITY, f64::INFINITY, 1e-8], ..Springs::RIGID };
+            model.soften(joint, &soft);
+            let segment = if at_end { segments - 1 } else { 0 };
+            let force = Vector3::new(pull, 0.01, 0.0);
+            model.loads.push(rod::Load { segment, offset: 0.0, force, torque: Vector3::zeros() });
+            let mut settings = settings(formulation, SolverKind::Direct);
+            settings.step.integrator = integrator;
+            let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+            let mut now = state.clone();
+            for step in 0..200 {
+                let status = simulation.step(0.01).unwrap().status;
+                assert!(status <= Status::ConvergedInSubsteps, "{segments} {at_end} {formulation}, step {step}");
+            }
+            simulation.store(&mut now);
+            let mass: f64 = model.segments.iter().map(|segment| segment.mass()).sum();
+            let (speed, way) = (now.velocities[segment].x, (now.positions[segment] - state.positions[segment]).x);
+            let expected = pull / mass * 2.0;
+            assert!((speed / expected - 1.0).abs() < 1e-3, "{segments} {at_end} {formulation}: {speed} {expected}");
+            assert!(way.abs() > 40.0 && (way / (expected * 1.0) - 1.0).abs() < 0.01, "{way}");
+            let kinetic = measure::energy(&model, &now).kinetic;
+            assert!((kinetic / (0.5 * mass * expected * expected) - 1.0).abs() < 0.01, "{kinetic}");
+            assert!(now.velocities.iter().all(|v| v.yz().norm() < 1e-3), "{segments} {at_end} {formulation}");
+        }
     }
 }
 

@@ -2,7 +2,6 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rod::Friction;
 
 use super::super::cone::Bound;
 use super::super::halves::{self, Pushed};
@@ -42,7 +41,7 @@ fn row(sets: u32, friction: f64, is_halved: bool) -> Problem {
         first.sort_by_key(|&k| order[k as usize]);
     }
     for gap in gaps {
-        let friction = Bound::Coulomb(Friction::new(friction));
+        let friction = Bound::Coulomb(friction);
         let free = [gap, 0.1, -0.2];
         problem.push(Unknown { force: [0.0; 3], before: [0.0; 3], free, friction, scale: 1.0 });
     }
