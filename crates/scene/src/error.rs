@@ -85,7 +85,7 @@ impl Source<'_> {
     }
 
     /// The error of the TOML reader, in the words of all others. That error says what is wrong in its message alone (its kind
-    /// is private, and [`Spanned`] values need the crate's own deserializer), so its words are read; `tests/errors.rs` has
+    /// is private, and [`Spanned`] values need the crate's own deserializer), so its words are read; `tests/all/errors.rs` has
     /// a mistake for each case below, and fails where a new version of the crate uses other words.
     pub(crate) fn reader_error(&self, error: &toml::de::Error) -> SceneError {
         let span = error.span().unwrap_or(0..0);

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 const FORMULATIONS: [&str; 3] = ["xpbd", "xpbd-geometric", "newton"];
 
-// With networks it does more: see tests/gn.rs.
+// With networks it does more: see tests/all/gn.rs.
 #[cfg(not(feature = "gn"))]
 #[test]
 fn without_arguments_it_runs_the_bending_rod() {
