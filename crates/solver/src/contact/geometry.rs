@@ -66,6 +66,9 @@ pub(crate) struct Contact {
     /// Coefficient of friction in this step, once it is chosen: see [`Contact::choose_coefficient`].
     pub(crate) coefficient: f64,
     pub(crate) has_coefficient: bool,
+    /// How fast its surfaces move past each other at the start of this step, and how fast they did at that of the step before
+    /// [m/s]; zero where friction is the same at rest and sliding.
+    pub(crate) slips_at: [Vec3<f64>; 2],
     /// From the partner to the segment.
     pub(crate) normal: Vec3<f64>,
     /// Normal and two tangents.
@@ -193,6 +196,7 @@ impl Contact {
             friction,
             coefficient: friction.at_rest,
             has_coefficient: friction.sliding == friction.at_rest,
+            slips_at: [zero; 2],
             normal: zero,
             frame: [zero; 3],
             arms: [zero; 2],
@@ -228,7 +232,8 @@ impl Contact {
         let mut own = words(self.key);
         own.iter_mut().for_each(|word| tape.word(word));
         self.key = key(own);
-        for vector in self.arms.iter_mut().chain([&mut self.normal, &mut self.slip, &mut self.impulse]) {
+        let [now, before] = &mut self.slips_at;
+        for vector in self.arms.iter_mut().chain([&mut self.normal, &mut self.slip, &mut self.impulse, now, before]) {
             tape.vector(vector);
         }
         let Friction { at_rest, sliding } = &mut self.friction;
@@ -428,11 +433,13 @@ impl Contact {
     }
 
     /// Chooses the coefficient of friction of a step from how fast the surfaces move past each other at its start [m/s]: that of
-    /// sliding above `creep` [m/s], which is what a contact that sticks may slip within the tolerance, else that at rest. Within a
-    /// step it stays, so that each step's law is Coulomb's with one coefficient.
+    /// sliding above `creep` [m/s], which is what a contact that sticks may slip within the tolerance, else that at rest. Where they
+    /// moved the other way a step before, they have been at rest in between. Within a step the coefficient stays, so that each
+    /// step's law is Coulomb's with one.
     pub(crate) fn choose_coefficient(&mut self, meeting: Vec3<f64>, creep: f64) {
         let across = meeting - self.normal * meeting.dot(self.normal);
-        let slides = across.norm_squared() > creep * creep;
+        let slides = across.norm_squared() > creep * creep && across.dot(self.slips_at[1]) >= 0.0;
+        self.slips_at[0] = across;
         self.coefficient = if slides { self.friction.sliding } else { self.friction.at_rest };
         self.has_coefficient = true;
     }

@@ -17,6 +17,7 @@ pub(super) struct Remembered {
     target: f64,
     pressed: u32,
     span: f64,
+    slips_at: [Vec3<f64>; 2],
 }
 
 /// A contact with a mesh that has pressed, for those that take its place where the segment slides on to other triangles.
@@ -46,6 +47,7 @@ pub(super) fn find(
         target: c.target,
         pressed: c.pressed,
         span: c.span,
+        slips_at: c.slips_at,
     };
     remembered.extend(contacts.iter().filter(|c| c.impulse != Vec3::zero()).map(keep));
     detector.detect(search, again, components, contacts);
@@ -54,7 +56,7 @@ pub(super) fn find(
         while old.next_if(|old| old.key < contact.key).is_some() {}
         if let Some(old) = old.next_if(|old| old.key == contact.key) {
             (contact.guess, contact.impulse, contact.target) = (old.guess, old.impulse, old.target);
-            (contact.pressed, contact.span) = (old.pressed, old.span);
+            (contact.pressed, contact.span, contact.slips_at) = (old.pressed, old.span, old.slips_at);
         }
     }
     counters.contact_searches += 1;
