@@ -33,7 +33,7 @@ mistakes! {
     unknown_key: "dt_s" => "dt",
         "4: run.dt is not a known key (did you mean `dt_s`?); expected one of `dt_s`, `steps`, `every`, `from`, `begin`";
     unit_left_out: "length_m = 4" => "length = 4",
-        "12: rods[0].shape.straight.length is not a known key (did you mean `length_m`?); expected one of `start_m`, `direction`, `length_m`, `segments`";
+        "12: rods[0].shape.straight.length is not a known key (did you mean `length_m`?); expected one of `start_m`, `direction`, `angle_deg`, `length_m`, `segments`";
     unknown_table: "[run]" => "[runs]",
         "3: runs is not a known key (did you mean `run`?); expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `bending`, `contact`, `obstacles`, `air`, `bodies`, `rods`, `nets`, `joins`, `probes`, `copies`";
     unknown_shape: "shape.straight" => "shape.strait",
