@@ -72,6 +72,9 @@ const FILES: &[(&str, &str)] = files![
     "tiny-rod",
 ];
 
+/// Similarity, of 0 to 1, from which a name is taken for a slip of the pen.
+const ALIKE: f64 = 0.7;
+
 /// All builtin scenes: the paper's first, then cases with a known answer, then stress cases.
 pub fn builtins() -> Vec<Builtin> {
     #[derive(Default, Deserialize)]
@@ -98,7 +101,7 @@ pub fn builtin_refined(name: &str, factor: NonZeroUsize) -> Result<Scene, SceneE
     match FILES.iter().find(|(known, _)| *known == name) {
         Some((_, text)) => parse_refined(text, &format!("scenes/{name}.toml"), factor),
         None => {
-            let meant = nearest(name, FILES.iter().map(|(known, _)| *known))
+            let meant = nearest(name, FILES.iter().map(|(known, _)| *known), ALIKE)
                 .map(|known| format!("; did you mean `{known}`?"))
                 .unwrap_or_default();
             let known = FILES.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");

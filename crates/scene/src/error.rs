@@ -47,19 +47,19 @@ pub(crate) const LARGEST: f64 = 1e30;
 /// [`LARGEST`] in words.
 pub(crate) const AT_MOST: &str = "1e30 in size at most";
 
-/// Similarity, of 0 to 1, from which a name is taken for a slip of the pen.
+/// Similarity, of 0 to 1, from which a key is taken for a slip of the pen.
 const ALIKE: f64 = 0.75;
 
-/// Of the `known` names that one which may have been meant.
-pub(crate) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+/// Of the `known` names that one which may have been meant: the most alike, if it is more so than `least` (of 0 to 1).
+pub(crate) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>, least: f64) -> Option<&'a str> {
     let likeness = |known: &&str| strsim::jaro_winkler(name, known);
-    known.filter(|known| likeness(known) > ALIKE).max_by(|a, b| likeness(a).total_cmp(&likeness(b)))
+    known.filter(|known| likeness(known) > least).max_by(|a, b| likeness(a).total_cmp(&likeness(b)))
 }
 
 /// What is wrong with the key at the end of a path, given the known ones, each in backticks.
 fn unknown_key(path: &str, known: &str) -> String {
     let name = path.rsplit('.').next().unwrap_or(path);
-    let meant = nearest(name, known.split('`').skip(1).step_by(2));
+    let meant = nearest(name, known.split('`').skip(1).step_by(2), ALIKE);
     let meant = meant.map(|known| format!(" (did you mean `{known}`?)")).unwrap_or_default();
     format!("{path} is not a known key{meant}; expected {known}")
 }

@@ -138,7 +138,7 @@ pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, frictio
     let across = if ct > 0.0 && friction.exists(f64::INFINITY) {
         let [x, y] = [force[1] - w[1] / ct, force[2] - w[2] / ct];
         let size = length([x, y]);
-        let most = if size <= friction.most(normal) { size } else { friction.most(normal).min(size) };
+        let most = friction.most(normal);
         let k = if size > most { most / size } else { 1.0 };
         length([x * k - force[1], y * k - force[2]]) * ct
     } else {
