@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use names::names;
-use rod::{JointForce, Model, State};
+use rod::{JointForce, Model, State, Wrench};
 
 use crate::{ExportError, TrajectoryReader};
 
@@ -86,6 +86,8 @@ struct Frame {
     state: State,
     /// What each joint transmits; empty where that was not kept.
     forces: Vec<JointForce>,
+    /// What contacts give to each segment; empty where that was not kept.
+    contacts: Vec<Wrench>,
 }
 
 impl Frame {
@@ -99,6 +101,7 @@ impl Frame {
     /// Reads frame `index` in place of the last one.
     fn read(&mut self, trajectory: &mut TrajectoryReader, index: usize) -> Result<(), ExportError> {
         self.time = trajectory.read_frame(index, &mut self.state)?;
-        trajectory.read_forces(index, &mut self.forces)
+        trajectory.read_forces(index, &mut self.forces)?;
+        trajectory.read_contacts(index, &mut self.contacts)
     }
 }

@@ -17,11 +17,17 @@ pub(crate) const FILE_NAME: &str = "trajectory.safetensors";
 /// Bytes of a value.
 pub(crate) const VALUE: usize = size_of::<f64>();
 
+/// Name of the tensor that only a trajectory with what contacts give to segments has.
+pub(crate) const CONTACT_LOADS: &str = "contact_loads";
+
 /// Name of the tensor that only a trajectory with the forces of joints has.
 pub(crate) const JOINT_FORCES: &str = "joint_forces";
 
 const UNITS: &str = "s, m, m/s, rad/s; orientations are quaternions x, y, z, w; vectors are in world axes";
 const UNITS_OF_FORCES: &str = "; joint_forces are forces [N], then moments [N m] in the frame of the joint's body a";
+
+const UNITS_OF_CONTACTS: &str =
+    "; contact_loads are forces [N], then moments about the segment's position [N m] in world axes";
 
 /// Key of [`TrajectoryInfo::segments_hash`].
 pub(crate) const SEGMENTS_KEY: &str = "segments_hash";
@@ -47,6 +53,8 @@ pub(crate) struct Layout {
     pub(crate) segments: usize,
     /// Joints whose forces are kept; 0 leaves their tensor out.
     pub(crate) joints: usize,
+    /// Whether what contacts give to segments is kept.
+    pub(crate) contacts: bool,
 }
 
 impl Layout {
@@ -60,9 +68,14 @@ impl Layout {
             ("velocities", of_segments(3)),
             ("angular_velocities", of_segments(3)),
             (JOINT_FORCES, vec![self.joints, 6]),
+            (CONTACT_LOADS, of_segments(6)),
         ]
         .into_iter()
-        .filter(move |&(name, _)| name != JOINT_FORCES || self.joints > 0)
+        .filter(move |&(name, _)| match name {
+            JOINT_FORCES => self.joints > 0,
+            CONTACT_LOADS => self.contacts,
+            _ => true,
+        })
     }
 
     /// Names of the tensors in the order of the file, with the bytes that each has for one frame.
@@ -96,10 +109,12 @@ impl Layout {
             #[serde(flatten)]
             tensors: BTreeMap<&'a str, TensorInfo>,
         }
+        let with = |is: bool, text| if is { text } else { "" };
+        let units = [UNITS, with(self.joints > 0, UNITS_OF_FORCES), with(self.contacts, UNITS_OF_CONTACTS)].concat();
         let mut __metadata__ = BTreeMap::from([
             ("scene", info.scene.clone()),
             ("dt", format!("{:?}", info.dt)),
-            ("units", [UNITS, if self.joints > 0 { UNITS_OF_FORCES } else { "" }].concat()),
+            ("units", units),
             ("checksum", "0".repeat(CHECKSUM_DIGITS)),
         ]);
         __metadata__.extend(info.segments_hash.clone().map(|hash| (SEGMENTS_KEY, hash)));

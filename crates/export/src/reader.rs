@@ -5,12 +5,12 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Quaternion, Unit, Vector3};
-use rod::{JointForce, State};
+use rod::{JointForce, State, Wrench};
 use safetensors::tensor::Metadata;
 
 use crate::ExportError;
 use crate::file::CHUNK;
-use crate::layout::{JOINT_FORCES, Layout, SEGMENTS_KEY, TrajectoryInfo, VALUE, checksum_digits};
+use crate::layout::{CONTACT_LOADS, JOINT_FORCES, Layout, SEGMENTS_KEY, TrajectoryInfo, VALUE, checksum_digits};
 
 /// The header's length in bytes is at most this, as in the safetensors crate.
 const MAX_HEADER: u64 = 100_000_000;
@@ -192,6 +192,22 @@ impl TrajectoryReader {
         Ok(())
     }
 
+    /// Reads what contacts give to each segment in a frame into `contacts` `[segments]`, which is left empty if that was not kept.
+    ///
+    /// # Errors
+    /// As [`TrajectoryReader::read_frame`].
+    pub fn read_contacts(&mut self, frame: usize, contacts: &mut Vec<Wrench>) -> Result<(), ExportError> {
+        let wrench = |[fx, fy, fz, mx, my, mz]: [f64; 6]| Wrench {
+            force: Vector3::new(fx, fy, fz),
+            moment: Vector3::new(mx, my, mz),
+        };
+        set(contacts, self.part(CONTACT_LOADS, frame)?, wrench);
+        if let Some([segments, _]) = self.only.as_ref().filter(|_| self.layout.contacts) {
+            pick(contacts, segments);
+        }
+        Ok(())
+    }
+
     /// Times of all frames [s], `[frames]`.
     ///
     /// # Errors
@@ -259,7 +275,7 @@ fn parse(json: &[u8]) -> Result<(TrajectoryInfo, Layout, usize), String> {
         Some(&[_, joints, _]) if joints > 0 => joints,
         Some(_) => return Err("its joint_forces are not [frames, joints, 6]".to_owned()),
     };
-    let layout = Layout { frames, segments, joints };
+    let layout = Layout { frames, segments, joints, contacts: metadata.info(CONTACT_LOADS).is_some() };
     let expected = layout.tensors().ok_or_else(|| "its size is impossible".to_owned())?;
     for (name, tensor) in &expected {
         let fits = metadata.info(name).is_some_and(|found| {

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use rod::{JointForce, State};
+use rod::{JointForce, State, Wrench};
 
 use crate::ExportError;
 use crate::file::{CHUNK, write_atomically};
@@ -18,7 +18,8 @@ const SPARE: usize = 256 << 10;
 /// The file has the tensors `time` `[frames]` [s], `positions` `[frames, segments, 3]` [m], `orientations`
 /// `[frames, segments, 4]` (x, y, z, w), `velocities` `[frames, segments, 3]` [m/s] and `angular_velocities`
 /// `[frames, segments, 3]` [rad/s], all F64, with the forces of joints also `joint_forces` `[frames, joints, 6]`
-/// ([`JointForce`]: force [N], then moment [N m]), and the strings `scene`, `dt`, `units` and `checksum`.
+/// ([`JointForce`]: force [N], then moment [N m]), with those of contacts `contact_loads`
+/// `[frames, segments, 6]` ([`Wrench`]), and the strings `scene`, `dt`, `units` and `checksum`.
 ///
 /// A run that is interrupted finishes with the frames it has. A writer that is dropped, or whose process is killed,
 /// leaves nothing behind. While it finishes, the trajectory needs its size on the disk twice; where there is no room for
@@ -55,8 +56,15 @@ impl TrajectoryWriter {
         // The error's kind alone: the random name that tempfile may add to it says nothing to a reader.
         let spool = tempfile::tempfile_in(directory).map_err(|error| error.kind().into());
         let spool = spool.map_err(ExportError::io("write into", directory))?;
-        let layout = Layout { frames: 0, segments, joints };
+        let layout = Layout { frames: 0, segments, joints, contacts: false };
         Ok(Self { path, info, layout, spool, pending: Vec::with_capacity(CHUNK), spooled: 0 })
+    }
+
+    /// Keeps what contacts give to segments, too: [`TrajectoryWriter::push_with_contacts`] in place of
+    /// [`TrajectoryWriter::push`].
+    pub fn keeping_contacts(mut self) -> Self {
+        self.layout.contacts = true;
+        self
     }
 
     /// Adds a frame at `time` [s] with the forces of the joints, `[joints]` as given to [`TrajectoryWriter::create`].
@@ -65,6 +73,20 @@ impl TrajectoryWriter {
     /// [`ExportError::Segments`] or [`ExportError::Joints`] if something does not fit: the frame is not taken.
     /// [`ExportError::Io`] if the disk does not take the frames: they are kept, and the next call tries again.
     pub fn push(&mut self, state: &State, forces: &[JointForce], time: f64) -> Result<(), ExportError> {
+        self.push_with_contacts(state, forces, &[], time)
+    }
+
+    /// [`TrajectoryWriter::push`] with what contacts give to each segment, `[segments]`; none where it is not kept.
+    ///
+    /// # Errors
+    /// As [`TrajectoryWriter::push`].
+    pub fn push_with_contacts(
+        &mut self,
+        state: &State,
+        forces: &[JointForce],
+        contacts: &[Wrench],
+        time: f64,
+    ) -> Result<(), ExportError> {
         let State { positions, orientations, velocities, angular_velocities } = state;
         let expected = self.layout.segments;
         let sizes = [positions.len(), orientations.len(), velocities.len(), angular_velocities.len()];
@@ -75,12 +97,17 @@ impl TrajectoryWriter {
         if found != expected {
             return Err(ExportError::Joints { found, expected });
         }
+        let (found, expected) = (contacts.len(), if self.layout.contacts { self.layout.segments } else { 0 });
+        if found != expected {
+            return Err(ExportError::Segments { found, expected });
+        }
         let values = std::iter::once(&time)
             .chain(positions.iter().flatten())
             .chain(orientations.iter().flat_map(|q| q.coords.iter()))
             .chain(velocities.iter().flatten())
             .chain(angular_velocities.iter().flatten())
-            .chain(forces.iter().flat_map(|joint| joint.force.iter().chain(&joint.moment)));
+            .chain(forces.iter().flat_map(|joint| joint.force.iter().chain(&joint.moment)))
+            .chain(contacts.iter().flat_map(|on| on.force.iter().chain(&on.moment)));
         self.pending.extend(values.flat_map(|value| value.to_le_bytes()));
         self.layout.frames += 1;
         if self.pending.len() >= CHUNK { self.spill() } else { Ok(()) }

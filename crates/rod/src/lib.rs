@@ -49,7 +49,7 @@ pub use model::{Body, Damping, Joint, Load, Model, ModelError, Pose, Segment, St
 pub use motion::{Interpolation, Keyframe, KeyframeError, Motion, MovingPose};
 pub use part::Part;
 pub use probe::{Probe, Quantity, Reading};
-pub use reaction::Reaction;
+pub use reaction::{Reaction, ReactionParts, Wrench};
 pub use rigid::{BodyShape, Mount, RigidBody};
 pub use section::{LineInertia, Section, Stiffness};
 pub use solid::{SolidError, SolidMesh};

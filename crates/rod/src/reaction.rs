@@ -5,6 +5,29 @@ use nalgebra::Vector3;
 use crate::measure::apply_inertia;
 use crate::{Body, JointForce, Model, State};
 
+/// A force [N] and a moment about a body's position [N m], in world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wrench {
+    /// Force [N].
+    pub force: Vector3<f64>,
+    /// Moment [N m].
+    pub moment: Vector3<f64>,
+}
+
+impl Wrench {
+    /// Adds a force [N] at `arm` [m] from the body's position, and a moment [N m].
+    pub fn add(&mut self, force: &Vector3<f64>, arm: &Vector3<f64>, moment: &Vector3<f64>) {
+        self.force += force;
+        self.moment += arm.cross(force) + moment;
+    }
+
+    /// Force, then moment, times `factor`.
+    fn take(&mut self, other: &Self, factor: f64) {
+        self.force += other.force * factor;
+        self.moment += other.moment * factor;
+    }
+}
+
 /// What holds a fixed segment or an anchor gives to it, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reaction {
@@ -14,20 +37,52 @@ pub struct Reaction {
     pub force: Vector3<f64>,
     /// Moment about the body's position [N m].
     pub moment: Vector3<f64>,
+    /// What else acts on the body; with the reaction, it makes up for `inertia`.
+    pub parts: ReactionParts,
+}
+
+/// What acts on a held body beside what holds it, each as a force and a moment on the body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReactionParts {
+    /// Of its joints.
+    pub joints: Wrench,
+    /// Of what presses on it, friction included.
+    pub contacts: Wrench,
+    /// Of the air.
+    pub drag: Wrench,
+    /// Of the model's loads.
+    pub loads: Wrench,
+    /// What moves it as it moves, less its weight: `m (a - g)` and `d(I w)/dt`.
+    pub inertia: Wrench,
+}
+
+impl ReactionParts {
+    /// Names of the parts, in the order of [`ReactionParts::all`].
+    pub const NAMES: [&str; 5] = ["joints", "contacts", "drag", "loads", "inertia"];
+
+    /// The parts in the order of their declaration.
+    pub fn all(&self) -> [Wrench; 5] {
+        [self.joints, self.contacts, self.drag, self.loads, self.inertia]
+    }
 }
 
 impl Reaction {
-    /// The reactions at the end of a step of `dt` [s] from state `before` to state `after`, in which joints transmit `forces`,
-    /// one a joint: fixed segments in their order, then anchors. What of the model changes over time must be that of the end
-    /// of the step: see [`Model::set_time`].
+    /// The reactions at the end of a step from state `before` to state `after` at the times `[from, to]` [s], in which joints
+    /// transmit `forces`, one a joint, and what presses on segments gives them `contacts`, one a segment; none may be given
+    /// where nothing touches. Fixed segments come in their order, then anchors. What of the model changes over time must be that
+    /// of the end of the step: see [`Model::set_time`].
     ///
-    /// A fixed segment's is what moves it as it moves, beside gravity, its loads and its joints: `m (a - g) - F` and
-    /// `d(I w)/dt - M` with velocities that change from state to state. An anchor has no mass. What contacts give to fixed
-    /// segments is left out.
-    pub fn all(model: &Model, [before, after]: [&State; 2], dt: f64, forces: &[JointForce]) -> Vec<Self> {
-        let zero = |body| Self { body, force: Vector3::zeros(), moment: Vector3::zeros() };
-        let mut anchors: Vec<Self> = (0..model.anchors.len()).map(|i| zero(Body::Anchor(i))).collect();
-        let mut segments: Vec<Self> = (0..model.segments.len()).map(|i| zero(Body::Segment(i))).collect();
+    /// A fixed segment's is what moves it as it moves, beside gravity, its loads, its joints, its contacts and the air's drag on
+    /// it: `m (a - g) - F` and `d(I w)/dt - M` with velocities that change from state to state. An anchor has no mass.
+    pub fn all(
+        model: &Model,
+        [before, after]: [&State; 2],
+        [from, to]: [f64; 2],
+        forces: &[JointForce],
+        contacts: &[Wrench],
+    ) -> Vec<Self> {
+        let mut anchors = vec![ReactionParts::default(); model.anchors.len()];
+        let mut segments = vec![ReactionParts::default(); model.segments.len()];
         for (joint, given) in model.joints.iter().zip(forces) {
             let [a, b] = [joint.a, joint.b].map(|body| model.pose(body, after).orientation);
             let moment = a * given.moment;
@@ -36,32 +91,38 @@ impl Reaction {
                     Body::Segment(i) => &mut segments[i],
                     Body::Anchor(i) => &mut anchors[i],
                 };
-                own.force -= given.force * sign;
-                own.moment -= (arm.cross(&given.force) + moment) * sign;
+                own.joints.add(&(given.force * sign), &arm, &(moment * sign));
             };
             add(joint.a, joint.arm_a(&a), 1.0);
             add(joint.b, joint.arm_b(&b), -1.0);
         }
         for load in &model.loads {
-            let own = &mut segments[load.segment];
-            own.force -= load.force;
-            own.moment -= (after.axis(load.segment) * load.offset).cross(&load.force) + load.torque;
+            let arm = after.axis(load.segment) * load.offset;
+            segments[load.segment].loads.add(&load.force, &arm, &load.torque);
         }
-        let mut held: Vec<Self> = segments
-            .into_iter()
-            .zip(&model.segments)
-            .filter(|(_, segment)| segment.fixed)
-            .map(|(own, _)| own)
-            .collect();
-        for own in &mut held {
-            let Body::Segment(i) = own.body else { continue };
-            let segment = &model.segments[i];
-            let acceleration = (after.velocities[i] - before.velocities[i]) / dt;
-            own.force += (acceleration - model.gravity) * segment.mass();
+        let mut held = Vec::new();
+        for (i, segment) in model.segments.iter().enumerate().filter(|(_, segment)| segment.fixed) {
+            let parts = &mut segments[i];
+            let acceleration = (after.velocities[i] - before.velocities[i]) / (to - from);
             let momentum = |state: &State| apply_inertia(segment, &state.orientations[i], &state.angular_velocities[i]);
-            own.moment += (momentum(after) - momentum(before)) / dt;
+            parts.inertia = Wrench {
+                force: (acceleration - model.gravity) * segment.mass(),
+                moment: (momentum(after) - momentum(before)) / (to - from),
+            };
+            parts.contacts = contacts.get(i).copied().unwrap_or_default();
+            parts.drag = model.drag(i, after, to);
+            held.push((Body::Segment(i), *parts));
         }
-        held.extend(anchors);
-        held
+        held.extend(anchors.into_iter().enumerate().map(|(i, parts)| (Body::Anchor(i), parts)));
+        held.into_iter().map(|(body, parts)| Self::of(body, parts)).collect()
+    }
+
+    /// What holds a body on which the parts act.
+    fn of(body: Body, parts: ReactionParts) -> Self {
+        let mut sum = parts.inertia;
+        for given in [parts.joints, parts.contacts, parts.drag, parts.loads] {
+            sum.take(&given, -1.0);
+        }
+        Self { body, force: sum.force, moment: sum.moment, parts }
     }
 }

@@ -70,7 +70,7 @@ fn work() -> Result<Held, Box<dyn Error>> {
         for (i, arm) in arms.iter().enumerate() {
             model.anchors[i] = arm.pose;
         }
-        let all = Reaction::all(&model, [&before, &state], DT, &forces);
+        let all = Reaction::all(&model, [&before, &state], [0.0, DT], &forces, &[]);
         held.arms.push([all[0], all[1]]);
     }
     Ok(held)

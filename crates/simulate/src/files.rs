@@ -82,6 +82,12 @@ impl Wanted<'_> {
         !self.formats.is_empty() || self.probes.iter().flat_map(|probe| &probe.quantities).any(|one| one.is_of_step())
     }
 
+    /// Whether the trajectory keeps what contacts give to segments: where reactions may be asked for, and something may touch
+    /// what is held.
+    pub(crate) fn keeps_contacts(&self, scene: &Scene) -> bool {
+        self.keeps_forces() && !scene.model.contacts.is_empty()
+    }
+
     /// All names, in the order in which they are written; folders of frames have a slash at the end.
     fn names(&self) -> Vec<&'static str> {
         let of_plots = plots::FILES.into_iter().filter(|_| self.plot);
@@ -161,7 +167,12 @@ impl<'a> Files<'a> {
         let segments_hash = Some(hash_of_segments(&scene.model));
         let info = TrajectoryInfo { scene: scene.name.clone(), dt, segments_hash };
         let mut writer = TrajectoryWriter::create(&wanted.directory, scene.state.len(), joints, info)?;
-        writer.push(&scene.state, &vec![rod::JointForce::default(); joints], time)?;
+        let contacts = if wanted.keeps_contacts(scene) { scene.state.len() } else { 0 };
+        if contacts > 0 {
+            writer = writer.keeping_contacts();
+        }
+        let none = vec![rod::JointForce::default(); joints];
+        writer.push_with_contacts(&scene.state, &none, &vec![rod::Wrench::default(); contacts], time)?;
         let contacts = || TableWriter::create(&wanted.directory.join(CONTACTS), CONTACT_COLUMNS);
         let contacts = wanted.contact_forces.then(contacts).transpose()?;
         Ok(Self { wanted, folder, writer, contacts })

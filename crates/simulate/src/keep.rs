@@ -2,10 +2,10 @@
 
 use anyhow::{Error, Result};
 use chart::Conditions;
-use rod::{JointForce, Model, Part, State};
+use rod::{JointForce, Model, Part, State, Wrench};
 use scene::Scene;
 use serde::Serialize;
-use solver::simulation::{ContactForce, Simulation};
+use solver::simulation::{ContactForce, Simulation, contact_wrenches};
 use solver::snapshot::Snapshot;
 use view::{Frame, Recorder};
 
@@ -25,6 +25,9 @@ pub(crate) struct Keep<'a> {
     forces: Vec<JointForce>,
     /// What presses on what in the last frame, where that is wanted.
     contacts: Vec<ContactForce>,
+    /// What contacts give to each segment in the last frame, where that is kept.
+    contact_loads: Vec<Wrench>,
+    keeps_contacts: bool,
     /// Every so many steps a frame is kept.
     every: usize,
     /// What the player shows of the model, where that is not all.
@@ -38,6 +41,7 @@ impl<'a> Keep<'a> {
         let Scene { state, run, .. } = scene;
         let joints = |are_wanted: bool| if are_wanted { model.joints.len() } else { 0 };
         let (view, plot, keeps_forces) = (wanted.view, wanted.plot, wanted.keeps_forces());
+        let keeps_contacts = wanted.keeps_contacts(scene);
         let part = wanted.part(model);
         let drawn = part.as_ref().map_or(model, |part| &part.model);
         let mut keep = Self {
@@ -47,6 +51,8 @@ impl<'a> Keep<'a> {
             sampler: None,
             forces: vec![JointForce::default(); joints(view || keeps_forces)],
             contacts: Vec::new(),
+            contact_loads: Vec::new(),
+            keeps_contacts,
             every: run.every,
             part,
         };
@@ -76,9 +82,14 @@ impl<'a> Keep<'a> {
             simulation.store_joint_forces(&mut self.forces);
         }
         let forces: &[JointForce] = if self.files.wanted.keeps_forces() { &self.forces } else { &[] };
-        self.files.writer.push(state, forces, simulation.time())?;
-        if self.files.wanted.contact_forces {
+        if self.keeps_contacts || self.files.wanted.contact_forces {
             simulation.store_contact_forces(&mut self.contacts);
+        }
+        if self.keeps_contacts {
+            contact_wrenches(&self.contacts, state, &mut self.contact_loads);
+        }
+        self.files.writer.push_with_contacts(state, forces, &self.contact_loads, simulation.time())?;
+        if self.files.wanted.contact_forces {
             self.files.add_contacts(&self.contacts, simulation.time())?;
         }
         if let Some(sampler) = self.sampler.as_mut().filter(|sampler| last || sampler.wants(step)) {

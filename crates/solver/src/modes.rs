@@ -208,6 +208,7 @@ impl Problem {
         component.evaluate(Formulation::Newton);
         // The air's share of the inertia is its drag, which is left out.
         component.gather(equations, 0.0);
+        component.turn_stretch_frames(equations);
         for (body, mass) in equations.bodies.iter_mut().zip(masses) {
             if let Some((mass, inertia)) = mass {
                 body.mass += *mass;

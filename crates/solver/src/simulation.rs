@@ -29,7 +29,7 @@ use crate::statics::StaticParamsError;
 use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::topology::Topology;
 
-pub use crate::contact::{ContactForce, Overlap, Overlapped, Touched};
+pub use crate::contact::{ContactForce, Overlap, Overlapped, Touched, contact_wrenches};
 pub use crate::contact_params::{ContactParams, ContactParamsError};
 
 /// How to simulate.

@@ -238,7 +238,7 @@ fn a_held_body_carries_what_hangs_on_it() {
     let (simulation, end) = run(&model, &state, &tight(), 0.01, 10);
     let mut forces = vec![JointForce::default(); model.joints.len()];
     simulation.store_joint_forces(&mut forces);
-    let reaction = Reaction::all(&model, [&end, &end], 0.01, &forces)[0];
+    let reaction = Reaction::all(&model, [&end, &end], [0.0, 0.01], &forces, &[])[0];
     assert_eq!(reaction.body, Body::Segment(held));
     let weight = -DOWN * (hanging + 2.0);
     assert!((reaction.force - weight).norm() < 1e-8 * weight.norm(), "{}", reaction.force);

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rod::{Body, Model, MovingPose, Pose, Reaction, State, curvature};
+use rod::{Body, Model, MovingPose, Pose, Reaction, ReactionParts, State, curvature};
 
 use super::Frame;
 use crate::file::{Staged, stage};
@@ -37,7 +37,16 @@ pub(super) fn write(
         each_frame(trajectory, model, |index, frame, model| write_joints(writer, model, index, frame))
     })?;
     let reactions = stage(&directory.join("reactions.csv"), |writer| {
-        writeln!(writer, "{REACTIONS}")?;
+        write!(writer, "{REACTIONS}")?;
+        for part in ReactionParts::NAMES {
+            for axis in ["x", "y", "z"] {
+                write!(writer, ",{part}_force_{axis}_n")?;
+            }
+            for axis in ["x", "y", "z"] {
+                write!(writer, ",{part}_moment_{axis}_n_m")?;
+            }
+        }
+        writeln!(writer)?;
         let mut before: Option<(f64, State)> = None;
         each_frame(trajectory, model, |index, frame, model| {
             if let Some((time, state)) = before.replace((frame.time, frame.state.clone()))
@@ -94,7 +103,7 @@ fn write_obstacles(writer: &mut impl Write, model: &Model, index: usize, time: f
 }
 
 fn write_joints(writer: &mut impl Write, model: &Model, index: usize, frame: &Frame) -> io::Result<()> {
-    let Frame { time, state, forces } = frame;
+    let Frame { time, state, forces, .. } = frame;
     for (i, joint) in model.joints.iter().enumerate() {
         write!(
             writer,
@@ -121,10 +130,14 @@ fn write_reactions(
     (index, frame): (usize, &Frame),
     (before, state): (f64, &State),
 ) -> io::Result<()> {
-    let Frame { time, state: after, forces } = frame;
-    for Reaction { body, force, moment } in Reaction::all(model, [state, after], time - before, forces) {
+    let Frame { time, state: after, forces, contacts } = frame;
+    for Reaction { body, force, moment, parts } in
+        Reaction::all(model, [state, after], [before, *time], forces, contacts)
+    {
         write!(writer, "{index},{time:?},{}", name(body))?;
-        write_values(writer, force.iter().chain(&moment))?;
+        let parts = parts.all();
+        let parts = parts.iter().flat_map(|part| part.force.iter().chain(&part.moment));
+        write_values(writer, force.iter().chain(&moment).chain(parts))?;
     }
     Ok(())
 }

@@ -38,7 +38,7 @@ pub fn write_probes(
             let mut reactions = Vec::new();
             let forces = if before.is_some() { frame.forces.as_slice() } else { &[] };
             if let Some((time, state)) = before.as_ref().filter(|_| holds && !forces.is_empty()) {
-                reactions = Reaction::all(model, [state, &frame.state], frame.time - time, forces);
+                reactions = Reaction::all(model, [state, &frame.state], [*time, frame.time], forces, &frame.contacts);
             }
             write!(writer, "{index},{:?}", frame.time)?;
             for probe in probes {

@@ -35,6 +35,25 @@ impl<T: Real> Component<T> {
         );
     }
 
+    /// Lets the frames turn in which stretch is measured. With the force f on body a and the compliance `w + e d d^T`, the arm of
+    /// body a reaches `e (d.f) d` further, and the energy's second derivative has `-e (d x f)(d x f)^T`. The change of the rows
+    /// by the shear force alone, `e d (d x f)^T`, is left out: it is no arm.
+    pub(crate) fn turn_stretch_frames(&self, Equations { bodies, joints, .. }: &mut Equations<T>) {
+        for (j, joint) in joints.iter_mut().enumerate() {
+            let a = self.system.topology.joints[j][0] as usize;
+            if bodies[a].is_held() {
+                continue;
+            }
+            let (force, extra) = (self.lambda[j].linear, self.system.joints[j].stretch_extra);
+            let second = self.system.second_shear(j);
+            for (axis, extra) in [(self.system.bodies[a].axis, extra)].into_iter().chain(second) {
+                let arm = axis * (axis.dot(force) * extra);
+                joint.arms[0] += arm;
+                bodies[a].turning += curvature::of_force(force, arm) + Sym3::outer(axis.cross(force), -extra);
+            }
+        }
+    }
+
     /// Gathers their right-hand sides alone.
     pub(crate) fn gather_right_hand_sides(&self, Equations { bodies, joints, .. }: &mut Equations<T>) {
         T::dispatch(

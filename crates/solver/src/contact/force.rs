@@ -1,6 +1,7 @@
 //! What presses on what, as one reads it off between steps.
 
 use nalgebra::Vector3;
+use rod::{State, Wrench};
 
 /// What a segment touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -26,4 +27,20 @@ pub struct ContactForce {
     pub force: Vector3<f64>,
     /// How far the surfaces have slipped past each other in the step, across the normal [m].
     pub slip: Vector3<f64>,
+}
+
+/// What contacts give to each segment in `state`, about its position: one entry a segment, in place of what was in `wrenches`.
+pub fn contact_wrenches(forces: &[ContactForce], state: &State, wrenches: &mut Vec<Wrench>) {
+    wrenches.clear();
+    wrenches.resize(state.len(), Wrench::default());
+    let none = Vector3::zeros();
+    for contact in forces {
+        let mut add = |i: usize, force: Vector3<f64>| {
+            wrenches[i].add(&force, &(contact.place - state.positions[i]), &none);
+        };
+        add(contact.segment, contact.force);
+        if let Touched::Segment(other) = contact.other {
+            add(other, -contact.force);
+        }
+    }
 }

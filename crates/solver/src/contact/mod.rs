@@ -35,7 +35,7 @@ mod stage;
 mod testing;
 mod twins;
 
-pub use force::{ContactForce, Touched};
+pub use force::{ContactForce, Touched, contact_wrenches};
 pub use overlap::{Overlap, Overlapped};
 
 pub(crate) use exclusion::PairFilter;

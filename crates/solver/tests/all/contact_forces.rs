@@ -2,10 +2,13 @@
 
 use crate::common::*;
 use nalgebra::Vector3;
-use rod::{Assembly, Contacts, Damping, Friction, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
+use rod::{
+    Air, Assembly, Contacts, Damping, Friction, Model, Obstacle, ObstacleShape, Reaction, RodSpec, State, Surface,
+    Wind, shape,
+};
 use solver::formulation::Formulation;
 use solver::linear::solvers::SolverKind;
-use solver::simulation::{ContactForce, Simulation, Touched};
+use solver::simulation::{ContactForce, Simulation, Touched, contact_wrenches};
 use solver::step::Status;
 
 /// A rod on the ground, or two: the second lies across the first. The ground slopes by `slope`.
@@ -130,4 +133,43 @@ fn a_rod_bears_the_one_that_lies_on_it() {
         // The lower rod's segments come first, and the one that lies on it pushes it down.
         assert!(contact.segment < 10 && contact.force.z < 0.0 && contact.normal.z < 0.0, "{contact:?}");
     }
+}
+
+/// A held rod carries another one that lies across it off its middle, in air that blows on both.
+#[test]
+fn a_grip_bears_what_presses_on_its_segment_and_the_air_on_it() {
+    let held = shape::straight(Vector3::zeros(), Vector3::x(), 0.5, 1);
+    let across = shape::straight(Vector3::new(0.35, -0.25, 0.0202), Vector3::y(), 0.5, 10);
+    let mut assembly = Assembly::new(GRAVITY);
+    let rod = assembly.rod(&RodSpec::new(held, 0.01, material(1e8, 1000.0)));
+    assembly.rod(&RodSpec::new(across, 0.01, material(1e8, 1000.0)));
+    assembly.fix(rod.start);
+    let wind = Wind::steady(Vector3::new(0.0, 0.0, -3.0));
+    assembly.air(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.05, wind });
+    let surface = Surface { friction: Friction::new(0.5), restitution: 0.0 };
+    assembly.model_mut().contacts.between_segments = Some(surface);
+    let (model, state) = assembly.finish();
+    // A rod of these sizes weighs 1.541 N, and the wind presses it down with 0.5 rho C 2r L v^2.
+    let drag = 0.5 * 1.2 * 1.1 * 0.02 * 0.5 * 9.0;
+    let expected = weight(&model) + 2.0 * drag;
+    let mut simulation =
+        Simulation::new(&model, &state, &settings(Formulation::Newton, SolverKind::Direct), None).unwrap();
+    let (mut before, mut after) = (state.clone(), state.clone());
+    for _ in 0..200 {
+        std::mem::swap(&mut before, &mut after);
+        simulation.step(DT).unwrap();
+        simulation.store(&mut after);
+    }
+    let (mut forces, mut contacts) = (Vec::new(), Vec::new());
+    simulation.store_contact_forces(&mut forces);
+    contact_wrenches(&forces, &after, &mut contacts);
+    let end = simulation.time();
+    let joints = vec![rod::JointForce::default(); model.joints.len()];
+    let reaction = Reaction::all(&model, [&before, &after], [end - DT, end], &joints, &contacts)[0];
+    assert!((reaction.force.z - expected).abs() < 1e-3 * expected, "{} N, not {expected}", reaction.force.z);
+    // The other rod lies 0.1 m from the middle of the held one.
+    let moment = -0.1 * 0.5 * expected;
+    assert!((reaction.moment.y - moment).abs() < 2e-3 * moment.abs(), "{} N m, not {moment}", reaction.moment.y);
+    let given = reaction.parts;
+    assert!((given.drag.force.z + drag).abs() < 1e-12 && given.contacts.force.z < -0.5 * weight(&model), "{given:?}");
 }

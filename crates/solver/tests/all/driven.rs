@@ -170,7 +170,7 @@ fn twist_alone_is_held_by_the_moment_of_theory() {
         let stiffness = 1e7 * 0.5 * std::f64::consts::PI * 0.01_f64.powi(4);
         let mut then = model.clone();
         then.set_time(simulation.time());
-        let reactions = Reaction::all(&then, [&now, &now], DT, &forces);
+        let reactions = Reaction::all(&then, [&now, &now], [0.0, DT], &forces, &[]);
         // The discrete twist of a joint is a sine: 2 sin(angle / 2) / l.
         let angle = turn / SEGMENTS as f64;
         let expected = stiffness * (angle.sin() / (1.0 / SEGMENTS as f64));
@@ -206,7 +206,7 @@ fn fast_turns_lose_no_twist() {
             let mut forces = vec![JointForce::default(); model.joints.len()];
             simulation.store_joint_forces(&mut forces);
             model.set_time(simulation.time());
-            let found = Reaction::all(&model, [&now, &now], DT, &forces)[1].moment.x;
+            let found = Reaction::all(&model, [&now, &now], [0.0, DT], &forces, &[])[1].moment.x;
             let expected = stiffness * (turns / SEGMENTS as f64).sin() * SEGMENTS as f64;
             assert!((found / expected - 1.0).abs() < 0.02, "{formulation}, {degrees_a_step}: {found} of {expected}");
         }
@@ -235,8 +235,10 @@ fn reactions_balance_weight_and_inertia() {
         simulation.store(&mut after);
         simulation.store_joint_forces(&mut forces);
         model.set_time(simulation.time());
-        let given: Vector3<f64> =
-            Reaction::all(&model, [&before, &after], DT, &forces).iter().map(|reaction| reaction.force).sum();
+        let given: Vector3<f64> = Reaction::all(&model, [&before, &after], [0.0, DT], &forces, &[])
+            .iter()
+            .map(|reaction| reaction.force)
+            .sum();
         let change = |i: usize| (after.velocities[i] - before.velocities[i]) / DT - GRAVITY;
         let needed: Vector3<f64> =
             model.segments.iter().enumerate().map(|(i, segment)| change(i) * segment.mass()).sum();

@@ -331,8 +331,10 @@ fn reactions_balance_while_grips_change() {
         simulation.store(&mut after);
         simulation.store_joint_forces(&mut forces);
         simulation.store_model(&mut model);
-        let given: Vector3<f64> =
-            Reaction::all(&model, [&before, &after], DT, &forces).iter().map(|reaction| reaction.force).sum();
+        let given: Vector3<f64> = Reaction::all(&model, [&before, &after], [0.0, DT], &forces, &[])
+            .iter()
+            .map(|reaction| reaction.force)
+            .sum();
         let change = |i: usize| (after.velocities[i] - before.velocities[i]) / DT - GRAVITY;
         let needed: Vector3<f64> =
             model.segments.iter().enumerate().map(|(i, segment)| change(i) * segment.mass()).sum();

@@ -143,7 +143,7 @@ fn reactions_balance_weight_and_inertia() {
         simulation.store_joint_forces(&mut forces);
         model.set_time(simulation.time());
         let now = states.len() - 1;
-        let given = Reaction::all(&model, [&states[now - 1], &states[now]], DT, &forces)[0].force;
+        let given = Reaction::all(&model, [&states[now - 1], &states[now]], [0.0, DT], &forces, &[])[0].force;
         let velocity = |k: usize, i: usize| states[k].velocities[i];
         let inertia = |i: usize| {
             let change = if i == 0 || now == 1 {

@@ -123,7 +123,7 @@ fn a_pinned_end_takes_no_moment_and_springs_bear_the_weight_as_well() {
             assert_eq!(simulation.step(5e-3).unwrap().status, Status::Converged, "step {step}");
             simulation.store(&mut after);
             simulation.store_joint_forces(&mut forces);
-            let held = Reaction::all(&model, [&before, &after], 5e-3, &forces)[0];
+            let held = Reaction::all(&model, [&before, &after], [0.0, 5e-3], &forces, &[])[0];
             assert_eq!(held.moment.norm() == 0.0, pinned);
             let change = |i: usize| (after.velocities[i] - before.velocities[i]) / 5e-3 - GRAVITY;
             let needed: Vector3<f64> =
