@@ -50,7 +50,27 @@ pub struct TriangleMesh {
     tips: Vec<Vector3<f64>>,
     corner_tree: Bvh,
     closed: bool,
+    round: Option<RoundSide>,
 }
+
+/// The round side of a cylinder about the z axis, for which flat faces of the mesh stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoundSide {
+    /// Ends of its axis [m].
+    pub ends: [Vector3<f64>; 2],
+    /// Its radius [m].
+    pub radius: f64,
+}
+
+impl RoundSide {
+    /// Whether something parallel to the axis lies on it.
+    fn has(direction: &Vector3<f64>) -> bool {
+        direction.xy().norm() < SIDE
+    }
+}
+
+/// Sine of the angle to the axis below which an edge, and of that to a plane across it below which a face is of the round side.
+const SIDE: f64 = 1e-6;
 
 /// An edge while the mesh is built: its ends, the first two triangles at it with their edges, how many there are, and whether two
 /// run through it in opposite directions.
@@ -117,7 +137,30 @@ impl TriangleMesh {
         let corner_tree = Bvh::new(&corners.iter().map(|&place| Aabb { min: place, max: place }).collect::<Vec<_>>());
         let face_tree = Bvh::new(&faces.iter().map(|face| room(&face.corners)).collect::<Vec<_>>());
         let edge_tree = Bvh::new(&edges.iter().map(|edge| room(&edge.ends)).collect::<Vec<_>>());
-        Self { faces, edges, face_tree, edge_tree, corners, tips, corner_tree, closed }
+        Self { faces, edges, face_tree, edge_tree, corners, tips, corner_tree, closed, round: None }
+    }
+
+    /// The mesh of a cylinder about the z axis, from `-length / 2` to `length / 2` [m], with its round side as it is: faces and edges
+    /// along the axis stand for that where something has no use of it.
+    pub fn with_round_side(mut self, radius: f64, length: f64) -> Self {
+        self.round = Some(RoundSide { ends: [-0.5, 0.5].map(|share| Vector3::z() * (share * length)), radius });
+        self
+    }
+
+    /// The round side, if it has one.
+    pub fn round_side(&self) -> Option<&RoundSide> {
+        self.round.as_ref()
+    }
+
+    /// Whether a face stands for a part of the round side.
+    pub fn is_round_face(&self, face: usize) -> bool {
+        self.round.is_some() && self.faces[face].normal.z.abs() < SIDE
+    }
+
+    /// Whether an edge stands for a part of the round side.
+    pub fn is_round_edge(&self, edge: usize) -> bool {
+        let [start, end] = self.edges[edge].ends;
+        self.round.is_some() && RoundSide::has(&(end - start).normalize())
     }
 
     /// The triangles.

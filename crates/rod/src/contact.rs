@@ -8,8 +8,8 @@ use crate::driven::begins_at;
 use crate::model::unit;
 use crate::{BodyShape, Carried, Mesh, ModelError, MovingPose, Pose};
 
-/// Flat sides that stand for the round side of a cylinder that segments touch: they lie within it, by 0.12 percent of its
-/// radius at most.
+/// Flat sides that stand for the round side of a cylinder that rigid bodies touch, and edges of its rim: they lie within it, by 0.12
+/// percent of its radius at most.
 pub const CYLINDER_SIDES: usize = 64;
 
 /// Coulomb friction.
@@ -70,7 +70,8 @@ pub enum ObstacleShape {
         /// Lengths of its sides along its own x, y and z [m].
         sides: Vector3<f64>,
     },
-    /// A full cylinder with flat ends; for contacts its round side is [`CYLINDER_SIDES`] flat ones.
+    /// A full cylinder with flat ends. For rods its side is round, its rim has [`CYLINDER_SIDES`] edges; for rigid bodies its side
+    /// is as many flat ones.
     Cylinder {
         /// Centre of the one end [m].
         start: Vector3<f64>,

@@ -118,6 +118,18 @@ impl Model {
         joint.rest_darboux = Vector3::zeros();
     }
 
+    /// Turns the anchor of a hinge about the hinge's axis, so that its d1 points along `first` as far as it can. An index that is
+    /// no such joint changes nothing.
+    pub fn turn_hinge(&mut self, joint: usize, first: &Vector3<f64>) {
+        let Some(joint) = self.joints.get_mut(joint).filter(|joint| joint.freedom == Freedom::Hinge) else { return };
+        let Body::Anchor(anchor) = joint.a else { return };
+        let Some(anchor) = self.anchors.get_mut(anchor) else { return };
+        let across = anchor.orientation.inverse() * first;
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), across.y.atan2(across.x));
+        anchor.orientation *= turn;
+        joint.rest_frames[1] *= turn;
+    }
+
     /// Adds springs to a joint, in series with what it yields already. A hinge with a finite stiffness of twist is held by
     /// that spring about its axis, and no longer free. Where springs along the three axes differ, an anchor becomes the joint's
     /// body a: what slides moves along axes that the anchor holds, for any stroke, and no moment of the gap is left out. An index

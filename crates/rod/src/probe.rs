@@ -26,6 +26,10 @@ pub enum Quantity {
     Curvature,
     /// Force [N] and moment [N m] of what holds the rod there.
     Reaction,
+    /// Velocity of the air there [m/s].
+    Wind,
+    /// Force of the air on its segment [N].
+    Drag,
 }
 
 names!(Quantity {
@@ -38,6 +42,8 @@ names!(Quantity {
     Moment = "moment",
     Curvature = "curvature",
     Reaction = "reaction",
+    Wind = "wind",
+    Drag = "drag",
 });
 
 impl Quantity {
@@ -60,6 +66,8 @@ impl Quantity {
                 "reaction_moment_y_n_m",
                 "reaction_moment_z_n_m",
             ],
+            Quantity::Wind => &["wind_x_m_per_s", "wind_y_m_per_s", "wind_z_m_per_s"],
+            Quantity::Drag => &["drag_x_n", "drag_y_n", "drag_z_n"],
         }
     }
 
@@ -92,6 +100,8 @@ pub struct Probe {
 pub struct Reading<'a> {
     /// The model; what changes over time is that of the end of the step: see [`Model::set_time`].
     pub model: &'a Model,
+    /// The time [s], for what the air does.
+    pub time: f64,
     /// The state.
     pub state: &'a State,
     /// What each joint transmits.
@@ -122,10 +132,10 @@ impl Probe {
         [joint.a, joint.b].into_iter().find(|body| matches!(body, Body::Anchor(_)))
     }
 
-    /// Reads all quantities into `values`, one number a column, in place of what was there. What is not there, a joint or
-    /// what holds, is not a number.
+    /// Reads all quantities into `values`, one number a column, in place of what was there. What is not there, a joint,
+    /// what holds or air, is not a number.
     pub fn read(&self, now: &Reading<'_>, values: &mut Vec<f64>) {
-        let Reading { model, state, forces, reactions } = *now;
+        let Reading { model, time, state, forces, reactions } = *now;
         let (i, pose) = (self.segment, model.pose(Body::Segment(self.segment), state));
         let Pose { position, orientation } = pose;
         let arm = orientation * Vector3::z() * self.offset;
@@ -152,6 +162,14 @@ impl Probe {
                     let held = self.held(model);
                     let found = reactions.iter().find(|reaction| Some(reaction.body) == held);
                     values.extend(found.iter().flat_map(|own| own.force.iter().chain(&own.moment)));
+                }
+                Quantity::Wind => {
+                    let wind = model.air.as_ref().map(|air| air.wind.velocity(&(position + arm), time));
+                    values.extend(wind.iter().flat_map(|velocity| velocity.iter()));
+                }
+                Quantity::Drag => {
+                    let drag = model.air.is_some().then(|| model.drag(i, state, time));
+                    values.extend(drag.iter().flat_map(|drag| drag.force.iter()));
                 }
             }
             values.resize(before + quantity.columns().len(), f64::NAN);
@@ -188,7 +206,7 @@ mod tests {
         state.angular_velocities[1] = Vector3::z() * 2.0;
         let forces = vec![JointForce { force: Vector3::x() * 3.0, moment: Vector3::y() }; 4];
         let mut values = Vec::new();
-        let now = Reading { model: &model, state: &state, forces: &forces, reactions: &[] };
+        let now = Reading { model: &model, time: 0.0, state: &state, forces: &forces, reactions: &[] };
         probe(1, 0.1).read(&now, &mut values);
         let columns: usize = Quantity::ALL.map(|quantity| quantity.columns().len()).iter().sum();
         assert_eq!(values.len(), columns);
@@ -199,6 +217,11 @@ mod tests {
         near(7, &[1.0, 0.2, 0.0]);
         near(10, &[0.0, 0.0, 2.0]);
         near(13, &[3.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
-        assert!(values[21..].iter().all(|x| x.is_nan()), "nothing holds it");
+        assert!(values[21..].iter().all(|x| x.is_nan()), "nothing holds it, and there is no air");
+        let wind = crate::Wind::steady(Vector3::y() * 3.0);
+        let air = crate::Air { density: 1.2, normal_drag: 1.0, tangential_drag: 0.0, wind };
+        let windy = Model { air: Some(air), ..model };
+        probe(2, 0.1).read(&Reading { model: &windy, ..now }, &mut values);
+        near(27, &[0.0, 3.0, 0.0, 0.0, 1.2 * 0.01 * 0.25 * 9.0, 0.0]);
     }
 }

@@ -15,7 +15,8 @@ use crate::{format, mesh};
 
 /// What segments can touch, and the obstacles' names.
 pub(crate) fn contacts(source: &Source, file: &format::File) -> Result<(Contacts, Vec<String>)> {
-    let between_segments = file.contact.as_ref().map(|c| surface(source, &c.friction, &c.restitution)).transpose()?;
+    let of_segments = file.contact.as_ref().filter(|contact| contact.between_segments != Some(false));
+    let between_segments = of_segments.map(|c| surface(source, &c.friction, &c.restitution)).transpose()?;
     let allow_overlap = file.contact.as_ref().is_some_and(|contact| contact.allow_overlap);
     let mut contacts = Contacts { between_segments, allow_overlap, ..Contacts::default() };
     let mut names = Vec::with_capacity(file.obstacles.len());

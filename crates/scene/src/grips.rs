@@ -174,7 +174,7 @@ impl Grips {
         if std::mem::replace(&mut face.is_shaped, true) {
             return source.wrong(entry.span(), "another entry says how this place is held");
         }
-        let springs = Springs {
+        let mut springs = Springs {
             force: stiffness(source, stiffness_n_m, hold, ["[across, along]", "[along d1, along d2, along d3]"])?,
             moment: stiffness(source, stiffness_n_m_rad, hold, ["[bend, twist]", "[about d1, about d2, twist]"])?,
         };
@@ -196,7 +196,18 @@ impl Grips {
             Hold::Ball => model.pin(joint),
             Hold::Hinge => {
                 let own = model.anchors[anchor].orientation * Vector3::z();
-                model.hinge(joint, &axis.unwrap_or(own));
+                let axis = axis.unwrap_or(own);
+                model.hinge(joint, &axis);
+                let [across, _, along] = springs.force;
+                let sine = axis.cross(&own).norm() / axis.norm();
+                if across != along && sine > 1.0 - 1e-9 {
+                    // The anchor's d3 is the hinge's axis; its d1 becomes that of the rod.
+                    model.turn_hinge(joint, &own);
+                    springs.force = [along, across, across];
+                } else if let (Some(list), true) = (stiffness_n_m, across != along && sine > 1e-6) {
+                    let message = "behind a hinge at an angle to the rod springs across and along it must be the same";
+                    return source.wrong(list.span(), message);
+                }
             }
         }
         model.soften(joint, &springs);

@@ -73,7 +73,7 @@ impl Apart {
 }
 
 /// A body of a model in words.
-fn place(scene: &Scene, body: Body) -> String {
+pub(crate) fn place(scene: &Scene, body: Body) -> String {
     let Body::Segment(i) = body else { return "what holds it".to_owned() };
     let segment = &scene.model.segments[i];
     match scene.rods.get(segment.rod) {

@@ -89,7 +89,9 @@ impl TooCoarse {
             let periods = steps as f64 * dt * mode.frequency / (2.0 * PI);
             let part = lost(integrator, mode.frequency * dt);
             let rate = -(-part).ln_1p() * mode.frequency / (2.0 * PI);
-            mode.mass >= LIGHT * heaviest && periods >= 1.0 && rate > meant(model, mode)
+            // What swings faster than the step resolves stands still from the first step on, and no one waits for it.
+            let is_resolved = mode.frequency * dt < 1.0;
+            mode.mass >= LIGHT * heaviest && periods >= 1.0 && rate > meant(model, mode) && is_resolved
         };
         let mode = modes.iter().filter(counts).max_by(|a, b| a.frequency.total_cmp(&b.frequency))?;
         let x = mode.frequency * dt;

@@ -2,6 +2,7 @@
 
 mod along;
 mod apart;
+mod braking;
 mod branches;
 mod choice;
 mod cli;
@@ -23,6 +24,7 @@ mod rods;
 mod run;
 mod sample;
 mod scenes;
+mod sharp;
 mod solver_name;
 mod statics;
 mod summary;

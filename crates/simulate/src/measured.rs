@@ -3,6 +3,9 @@
 use rod::measure;
 use rod::{Model, State};
 
+use crate::braking::Braking;
+use crate::sharp::Sharpest;
+
 /// Frames that are measured, at most: a long chain's energy costs as much as one of its steps.
 const MEASURED_FRAMES: usize = 200;
 
@@ -20,12 +23,18 @@ pub(crate) struct Measured {
     pub(crate) energy_highest: f64,
     /// Largest relative change of any rod's length, as a magnitude.
     pub(crate) length_drift: f64,
+    /// How much the integrator brakes what goes round.
+    pub(crate) braking: Braking,
+    /// The joint that turned furthest.
+    pub(crate) sharpest: Sharpest,
 }
 
 impl Measured {
     /// From the first state of a run of `steps` steps.
     pub(crate) fn new(model: &Model, state: &State, steps: usize) -> Self {
         let energy = measure::energy(model, state).total();
+        let mut sharpest = Sharpest::default();
+        sharpest.observe(model, state);
         Self {
             every: steps.div_ceil(MEASURED_FRAMES).max(1),
             first_lengths: measure::rod_lengths(model, state),
@@ -34,12 +43,19 @@ impl Measured {
             energy_end: energy,
             energy_highest: energy,
             length_drift: 0.0,
+            braking: Braking::default(),
+            sharpest,
         }
     }
 
     /// Whether the frame after `step` steps is one to measure.
     pub(crate) fn wants(&self, step: usize) -> bool {
         step.is_multiple_of(self.every)
+    }
+
+    /// Whether the frame after `step` steps is a step before one to measure.
+    pub(crate) fn wants_before(&self, step: usize) -> bool {
+        self.wants(step + 1)
     }
 
     /// Measures a frame. Returns whether it is finite; where it is not, it is left out.
@@ -49,6 +65,8 @@ impl Measured {
         if !(energy.is_finite() && drift.is_finite()) {
             return false;
         }
+        self.braking.observe(model, state);
+        self.sharpest.observe(model, state);
         self.frames += 1;
         self.energy_end = energy;
         self.energy_highest = self.energy_highest.max(energy);

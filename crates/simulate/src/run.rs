@@ -162,6 +162,11 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
             Some(apart) => Outcome::Stuck(format!("{}: {apart}", scene.name)),
             None if interrupted => Outcome::Interrupted,
             // Predictions in the place of solves have no tolerance to meet.
+            None if reached.status == Status::TurnLost => Outcome::Inaccurate(format!(
+                "{}: a joint turned by more than half a turn, which its strain does not tell from a turn the other way; use more \
+                 segments",
+                scene.name
+            )),
             None if reached.status == Status::OutOfIterations && args.end_to_end.is_none() => {
                 let unsolved = simulation.counters().not_converged;
                 let steps =
@@ -239,16 +244,24 @@ fn go(
         }
         let measure = last || measured.wants(steps);
         let keeps = keep.as_ref().is_some_and(|keep| keep.wants(steps, last));
-        if !measure && !keeps {
+        let before = !last && measured.wants_before(steps);
+        if !measure && !keeps && !before {
             continue;
         }
         simulation.store(&mut next);
+        if !measure && !keeps {
+            measured.braking.note(&next);
+            continue;
+        }
         if model.varies() {
             simulation.store_model(model.to_mut());
         }
         if !is_finite(&next) || (measure && !measured.observe(&model, &next)) {
             status = Status::NonFinite;
             break;
+        }
+        if before {
+            measured.braking.note(&next);
         }
         std::mem::swap(state, &mut next);
         if let Some(keep) = keep.as_mut().filter(|_| keeps) {

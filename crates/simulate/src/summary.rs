@@ -13,11 +13,13 @@ use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
 use crate::apart::Apart;
+use crate::braking::Braked;
 use crate::coarse::TooCoarse;
 use crate::files::Written;
 use crate::measured::Measured;
 use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::reached::Reached;
+use crate::sharp::SharpJoint;
 use terminal::say;
 
 /// Wall time per stage [s], summed over threads.
@@ -120,6 +122,10 @@ pub(crate) struct Summary {
     /// A swing for which the time step is too long.
     #[serde(skip_serializing_if = "Option::is_none")]
     too_coarse: Option<TooCoarse>,
+    /// A motion that the integrator brakes much, where no swing says so.
+    braked: Option<Braked>,
+    /// A joint that turned too far for its stiffness to be right.
+    sharp_joint: Option<SharpJoint>,
     /// BLAKE3 of the final positions, orientations, velocities and angular velocities, as little-endian f64.
     final_state_hash: String,
 }
@@ -139,6 +145,8 @@ impl Summary {
         let seconds = |d: Duration| d.as_secs_f64();
         let times = &counters.times;
         let wall = seconds(reached.wall);
+        let integrator = settings.step.integrator;
+        let too_coarse = TooCoarse::of(scene, integrator, reached.steps, measured);
         Self {
             scene: scene.name.clone(),
             segments: scene.model.segments.len(),
@@ -192,7 +200,12 @@ impl Summary {
             energy_end_j: measured.energy_end,
             energy_highest_j: measured.energy_highest,
             energy_scale_j: energy_scale(&scene.model, state),
-            too_coarse: TooCoarse::of(scene, settings.step.integrator, reached.steps, measured),
+            braked: too_coarse
+                .is_none()
+                .then(|| Braked::of(scene, integrator, reached.steps, &measured.braking))
+                .flatten(),
+            too_coarse,
+            sharp_joint: SharpJoint::of(scene, &measured.sharpest),
             final_state_hash: hash(state),
         }
     }
@@ -237,6 +250,12 @@ impl Summary {
         say!("energy: {start} J at the start, {end} J at the end, {highest} J at its highest")?;
         if let Some(swing) = &self.too_coarse {
             say!("{swing}")?;
+        }
+        if let Some(braked) = &self.braked {
+            say!("{braked}")?;
+        }
+        if let Some(joint) = &self.sharp_joint {
+            say!("{joint}")?;
         }
         if times {
             say!("{}", self.stage_table())?;

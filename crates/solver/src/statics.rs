@@ -49,7 +49,7 @@ pub struct StaticReport {
     pub contacts: Vec<ContactForce>,
 }
 
-/// Brings `state` to equilibrium; velocities are set to zero.
+/// Brings `state` to equilibrium; velocities are set to zero. Rods that lie in an obstacle come out of it.
 ///
 /// What is driven stays where it is at time 0. Wind is that of time 0, gusts included; its drag follows the shape from step to
 /// step, so that slack rods in a strong wind may not come to rest here: let them settle in time instead.

@@ -125,6 +125,9 @@ pub enum Status {
     /// The cap on iterations came first, even with the smallest substep. Where contacts were off by more than
     /// [`ContactParams::astray`] radii then, what moves freely in their island was left where it was, at rest.
     OutOfIterations,
+    /// A joint was bent or twisted by more than half a turn, which its strain does not tell from a turn the other way: energy
+    /// and moment are lost. More segments are needed.
+    TurnLost,
     /// Joints gape by more than a tenth of their length: something that is held is led where the rods cannot follow, into an
     /// obstacle or further than they reach. Where joints that do not stretch (compliances of 1e-10 m/N at most) answer with
     /// such a force, the equations are solved, and what they say is no motion of a rod. Where contacts leave nothing to solve,
@@ -145,6 +148,7 @@ impl Status {
             Status::Converged => "converged",
             Status::ConvergedInSubsteps => "converged in substeps",
             Status::OutOfIterations => "out of iterations",
+            Status::TurnLost => "turn lost",
             Status::Apart => "joints apart",
             Status::TooManyContacts => "too many contacts",
             Status::NonFinite => "not finite",

@@ -294,3 +294,56 @@ fn a_path_ends_where_it_is_stopped() {
     let report = path(&model, &mut state.clone(), &PathParams::until(3.0), &mut each).unwrap();
     assert_eq!((report.end, report.points), (PathEnd::Stopped, 3));
 }
+
+/// Lee's frame of two bars of 120 m, B = 1.44e7 N m^2 and EA = 4.32e7 N: a force down on the second bar, 24 m from the corner,
+/// 40,000 N at time 1. `grips` hold its two faces.
+fn lees_frame(grips: &str) -> (Model, State) {
+    let up = (0..=40).map(|k| format!("[0, 0, {}]", 3 * k));
+    let across = (1..=40).map(|k| format!("[{}, 0, 120]", 3 * k));
+    let nodes: Vec<String> = up.chain(across).collect();
+    let scene = scene::parse(
+        &format!(
+            "gravity_m_s2 = [0, 0, 0]\nbending = \"rest-rotation\"\n[[rods]]\nradius_m = 1\nstretch = \"physical\"\n\
+             section.stiffness = {{ bending_n_m2 = [1.44e9, 1.44e7], torsion_n_m2 = 1.44e8, mass_kg_m = 1, stretch_n = 4.32e7, \
+             shear_n = 1e10 }}\nframe.d1 = [1, 0, 0]\nshape.polyline = {{ nodes_m = [{}] }}\n{grips}\n[[rods.loads]]\nsegment = \
+             48\nfraction = 0\ntimes_s = [0, 1]\nforces_n = [[0, 0, 0], [0, 0, -40000]]\n",
+            nodes.join(", ")
+        ),
+        "frame.toml",
+    )
+    .unwrap();
+    (scene.model, scene.state)
+}
+
+/// Lee, Manuel and Rossow (1968): the frame folds at 18,555 N. Hinges hold its faces, or springs so soft that they do not count.
+#[test]
+fn lees_frame_folds_between_hinges_and_between_soft_springs() {
+    for joint in ["joint = \"hinge\"\naxis = [0, 1, 0]", "stiffness_n_m_rad = [inf, 1e-3, inf]"] {
+        let grip = |at: &str| format!("[[rods.grips]]\nat = \"{at}-face\"\n{joint}\n");
+        let (model, state) = lees_frame(&(grip("start") + &grip("end")));
+        let (report, ..) = followed(&model, &state, 1.0);
+        assert_eq!(report.start.stable, Some(true), "{joint}");
+        let first = report.events[0];
+        assert_eq!(first.kind, PathEventKind::Fold, "{joint}");
+        assert!((40_000.0 * first.time / 18_555.0 - 1.0).abs() < 5e-3, "{joint}: {} N", 40_000.0 * first.time);
+    }
+}
+
+/// Euler: `pi^2 B / L^2` between two hinges, of which one slides along the strut.
+#[test]
+fn a_strut_between_hinges_buckles_at_eulers_load() {
+    let scene = scene::parse(
+        "gravity_m_s2 = [0, 0, 0]\n[[rods]]\nradius_m = 0.01\nyoungs_modulus_pa = 2e9\ntorsion_modulus_pa = 8e8\n\
+         density_kg_m3 = 1000\nshape.straight = { length_m = 1, segments = 40 }\n[[rods.grips]]\nat = \"start-face\"\njoint = \
+         \"hinge\"\naxis = [0, 1, 0]\n[[rods.grips]]\nat = \"end-face\"\njoint = \"hinge\"\naxis = [0, 1, 0]\nstiffness_n_m = \
+         [inf, 1e-6]\n[[rods.loads]]\nat = \"end-face\"\ntimes_s = [0, 1]\nforces_n = [[0, 0, 0], [-400, 0, 0]]\n",
+        "strut.toml",
+    )
+    .unwrap();
+    let (report, ..) = followed(&scene.model, &scene.state, 0.5);
+    let load = 400.0 * report.events[0].time;
+    let theory = PI.powi(2) * 2e9 * PI * 1e-8 / 4.0;
+    println!("buckles at {load} N, theory {theory} N");
+    assert_eq!(report.events[0].kind, PathEventKind::Bifurcation);
+    assert!((load / theory - 1.0).abs() < 2e-3, "{load} N");
+}

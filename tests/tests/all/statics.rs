@@ -7,7 +7,8 @@ use std::f64::consts::{PI, TAU};
 use acceptance::reference::KirchhoffRod;
 use acceptance::{Beam, assert_order, end_of, relaxed};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, Load, Material, RestShape, RodSpec, State, Stretch, measure, shape};
+use rod::{Assembly, Load, Material, Model, RestShape, RodSpec, State, Stretch, measure, shape};
+use solver::statics::{StaticParams, equilibrium};
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -1.0);
 
@@ -289,4 +290,91 @@ fn deflection_from_plane(state: &State) -> f64 {
     let eigen = spread.symmetric_eigen();
     let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
     state.positions.iter().map(|x| normal.dot(&(x - centre)).abs()).fold(0.0, f64::max)
+}
+
+/// A beam of weight w between a clamp and a pin: the pin bears 3/8 of the load (Euler and Bernoulli), the sag between two hinges
+/// is `5 w L^4 / (384 B)`.
+#[test]
+fn beams_on_pins_and_hinges_sag_as_theory_says() {
+    let parse = |grips: &str| {
+        scene::parse(
+            &format!(
+                "gravity_m_s2 = [0, 0, -0.01]\n[[rods]]\nradius_m = 0.01\nyoungs_modulus_pa = 2e9\ntorsion_modulus_pa = 8e8\n\
+                 density_kg_m3 = 1000\nstretch = \"physical\"\nshape.straight = {{ length_m = 1, segments = 100 }}\n{grips}"
+            ),
+            "beam.toml",
+        )
+        .unwrap()
+    };
+    let grip = |at: &str, joint: &str| format!("[[rods.grips]]\nat = \"{at}-face\"\n{joint}\n");
+    let (ball, hinge) = ("joint = \"ball\"", "joint = \"hinge\"\naxis = [0, 1, 0]");
+    let (area, bending) = (std::f64::consts::PI * 1e-4, 2e9 * std::f64::consts::PI * 1e-8 / 4.0);
+    let sag = 5.0 * 1000.0 * area * 0.01 / (384.0 * bending);
+    for (joint, share) in [(ball, 1.0), (hinge, 1.0), ("", 0.2)] {
+        let scene = parse(&(grip("start", joint) + &grip("end", joint)));
+        let mut state = scene.state.clone();
+        let report = equilibrium(&scene.model, &mut state, &StaticParams::default()).unwrap();
+        assert!(report.converged && report.stable == Some(true), "{joint}: {report:?}");
+        let found = -state.positions.iter().map(|x| x.z).fold(0.0, f64::min);
+        println!("{joint}: {found} m in {} solves, theory {} m", report.steps, share * sag);
+        // Shear adds 4e-3 between clamps.
+        assert!((found / (share * sag) - 1.0).abs() < 5e-3, "{joint}: {found} m");
+        assert!(report.steps < 20, "{joint}: {} solves", report.steps);
+    }
+}
+
+/// A mooring line of 850 m from an anchor on the sea bed, EA 3.27e9 N: the elastic catenary's T = 2.43639e6 N at its upper end,
+/// whatever its bending stiffness and its segments.
+#[test]
+fn a_mooring_line_on_the_sea_bed_pulls_as_the_elastic_catenary() {
+    for (segments, bending) in [(50, 1e3), (100, 1e3), (100, 1e6), (200, 1e8), (800, 1e5)] {
+        let text = format!(
+            "gravity_m_s2 = [0, 0, -9.81]\n[[obstacles]]\nshape.plane = {{ point_m = [0, 0, -200.1665] }}\n[[rods]]\n\
+             radius_m = 0.1665\nstretch = \"physical\"\nsection.stiffness = {{ bending_n_m2 = [{bending}, {bending}], torsion_n_m2 \
+             = {bending}, mass_kg_m = 595.7306826354959, stretch_n = 3.27e9, shear_n = 3.27e9 }}\nshape.hung = {{ from_m = \
+             [-837.6, 0, -200], to_m = [-58, 0, -14], length_m = 850, segments = {segments} }}\nrest_length_m = 850\n\
+             [[rods.grips]]\nat = \"start-face\"\njoint = \"ball\"\n[[rods.grips]]\nat = \"end-face\"\njoint = \"ball\"\n"
+        );
+        let scene = scene::parse(&text, "mooring.toml").unwrap();
+        let mut state = scene.state.clone();
+        let report = equilibrium(&scene.model, &mut state, &StaticParams::default()).unwrap();
+        assert!(report.converged, "{segments} segments, B = {bending:e} N m^2: {report:?}");
+        // The force of the last joint follows from a step of the simulation that begins at rest.
+        let forces = rest_forces(&scene.model, &state);
+        let tension = forces.iter().map(|given| given.force.norm()).fold(0.0, f64::max);
+        println!("{segments} segments, B = {bending:e}: {tension} N, {} solves", report.steps);
+        assert!((tension / 2.43639e6 - 1.0).abs() < 3e-3, "{segments} segments, B = {bending:e} N m^2: {tension} N");
+    }
+}
+
+/// What joints transmit in a state at rest, after a step that is too short for anything to move.
+fn rest_forces(model: &Model, state: &State) -> Vec<rod::JointForce> {
+    let mut settings = solver::simulation::Settings::default();
+    settings.step.formulation = solver::formulation::Formulation::Newton;
+    let mut simulation = solver::simulation::Simulation::new(model, state, &settings, None).unwrap();
+    simulation.step(1e-4).unwrap();
+    let mut forces = vec![rod::JointForce::default(); model.joints.len()];
+    simulation.store_joint_forces(&mut forces);
+    forces
+}
+
+/// A cable that is drawn 0.5 m into the floor lies on it at rest.
+#[test]
+fn a_slack_line_that_starts_below_the_floor_comes_to_rest_on_it() {
+    let scene = scene::parse(
+        "[[obstacles]]\nshape.plane = { point_m = [0, 0, -0.5] }\n[[rods]]\nradius_m = 0.01\n\
+         youngs_modulus_pa = 1e8\ndensity_kg_m3 = 1200\nclamp = [\"start-face\", \"end-face\"]\nshape.hung = { to_m = [4, 0, 0], \
+         length_m = 5, segments = 80 }\n",
+        "slack.toml",
+    )
+    .unwrap();
+    let mut state = scene.state.clone();
+    let report = equilibrium(&scene.model, &mut state, &StaticParams::default()).unwrap();
+    println!("{} solves", report.steps);
+    assert!(report.converged, "{report:?}");
+    let lowest = state.positions.iter().map(|x| x.z).fold(0.0, f64::min);
+    assert!((lowest + 0.49).abs() < 1e-4, "{lowest} m");
+    let weight: f64 = scene.model.segments.iter().map(|segment| segment.mass() * 9.81).sum();
+    let borne: f64 = report.contacts.iter().map(|contact| contact.force.z).sum();
+    assert!(borne > 0.1 * weight && borne < weight, "{borne} of {weight} N");
 }

@@ -42,7 +42,7 @@ pub fn write_probes(
             }
             write!(writer, "{index},{:?}", frame.time)?;
             for probe in probes {
-                let now = Reading { model, state: &frame.state, forces, reactions: &reactions };
+                let now = Reading { model, time: frame.time, state: &frame.state, forces, reactions: &reactions };
                 probe.read(&now, &mut values);
                 for value in &values {
                     if value.is_nan() { write!(writer, ",")? } else { write!(writer, ",{value:?}")? }

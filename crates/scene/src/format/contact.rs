@@ -14,6 +14,7 @@ pub(crate) struct Contact {
     pub(crate) restitution: Option<Number>,
     #[serde(default)]
     pub(crate) allow_overlap: bool,
+    pub(crate) between_segments: Option<bool>,
 }
 
 #[derive(Deserialize)]

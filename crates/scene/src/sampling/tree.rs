@@ -63,7 +63,7 @@ impl Tree {
         let [foot, top] = Self::TRUNK_RADII.map(number);
         format!(
             "run = {{ dt_s = {}, steps = {TREE_STEPS} }}\n\n[air]\nwind = {{ velocity_m_s = [{}, {}, 0], gusts = {{ \
-             strength = 0.3, length_m = 8, time_s = 4, seed = {} }} }}\n\n[[rods]]\nname = \"trunk\"\n\
+             strength = 0.3, length_m = 2.4, time_s = 4, seed = {} }} }}\n\n[[rods]]\nname = \"trunk\"\n\
              radius_m = [{foot}, {top}]\nyoungs_modulus_pa = {}\ntorsion_modulus_pa = {}\ndensity_kg_m3 = {}\n\
              clamp = [\"start-face\"]\nshape.straight = {{ direction = [0, 0, 1], length_m = 4, segments = 65 }}\n\
              tree = {{ branches = {}, levels = {}, segment_m = 0.072, length_ratio = 0.6, radius_ratio = {}, \

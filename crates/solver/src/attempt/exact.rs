@@ -69,7 +69,7 @@ impl<T: Real> Exact<T> {
             equations: Equations {
                 bodies: Vec::with_capacity(bodies),
                 joints: Vec::with_capacity(joints),
-                rows: Vec::new(),
+                ..Equations::default()
             },
             elimination: Elimination::new(topology)?,
             factored_at: T::splat(f64::INFINITY),

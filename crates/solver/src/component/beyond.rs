@@ -23,7 +23,12 @@ pub(super) struct Beyond<T> {
     /// Places of the connectors across the axes of bodies a and b, in their frames [m].
     pub(super) across: Vec<[Vec3<T>; 2]>,
     pub(super) damped: Vec<Damped<T>>,
+    /// Whether a joint yields [`GRADED`] times as much to one moment as to another one.
+    pub(super) is_graded: bool,
 }
+
+/// From this ratio of compliances on, digits of the smaller one are lost in their sum.
+pub(super) const GRADED: f64 = 1e6;
 
 /// Inner damping of a joint. A step of implicit Euler with the viscous force `tau / alpha dC / dt` is one with other
 /// constants: `C - theta C_start + alpha' lambda = 0` with `theta = (tau / dt) / (1 + tau / dt)` and
@@ -61,6 +66,10 @@ impl<T: Real> Beyond<T> {
             rests: vec![[Quat::identity(); 2]; list(is_turned)],
             across: vec![[Vec3::zero(); 2]; list(is_mounted)],
             damped: vec![still; list(is_damped)],
+            is_graded: any(&|joint| {
+                let [x, y, z] = joint.bend_twist_compliance().into();
+                x.max(y).max(z) > GRADED * x.min(y).min(z)
+            }),
         };
         for lane in 0..T::LANES {
             let Some(joints) = sets.get(lane).or(sets.first()) else { continue };
@@ -118,6 +127,7 @@ impl<T: Real> Beyond<T> {
                 .collect(),
             across: self.across.iter().map(|across| across.map(|place| pick(place, lane))).collect(),
             damped: self.damped.iter().map(damped).collect(),
+            is_graded: self.is_graded,
         }
     }
 

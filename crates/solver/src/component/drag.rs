@@ -238,7 +238,7 @@ fn fallen<T: Real>(c: T, force: T, mass: T, dt: T) -> T {
 
 /// Velocity of the air at a place in each lane.
 #[inline(always)]
-fn wind_at<T: Real>(wind: &rod::WindNow<'_>, x: Vec3<T>) -> Vec3<T> {
+fn wind_at<T: Real>(wind: &rod::WindNow, x: Vec3<T>) -> Vec3<T> {
     let mut velocity = Vec3::zero();
     for lane in 0..T::LANES {
         put(&mut velocity, lane, vec3(&wind.velocity(&get(x, lane))));

@@ -2,13 +2,14 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::beyond::GRADED;
 use super::update::{select, select_pose};
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::tangent::elimination::Elimination;
-use crate::tangent::{BodyEquation, Equations, JointEquation, curvature};
+use crate::tangent::{BodyEquation, Equations, JointEquation, Root, curvature};
 
 #[inline(always)]
 pub(super) fn vector(x: Vec3<f64>) -> Vector3<f64> {
@@ -38,6 +39,9 @@ impl<T: Real> Component<T> {
     /// Lets the frames turn in which stretch is measured. With the force f on body a and the compliance `w + e d d^T`, the arm of
     /// body a reaches `e (d.f) d` further, and the energy's second derivative has `-e (d x f)(d x f)^T`. The change of the rows
     /// by the shear force alone, `e d (d x f)^T`, is left out: it is no arm.
+    ///
+    /// Where shear is so much softer than stretch that the arm would turn back by half the joint's length, the force follows the
+    /// axis, as it does in a string: the rows then yield across the axis as they do along it.
     pub(crate) fn turn_stretch_frames(&self, Equations { bodies, joints, .. }: &mut Equations<T>) {
         for (j, joint) in joints.iter_mut().enumerate() {
             let a = self.system.topology.joints[j][0] as usize;
@@ -47,7 +51,13 @@ impl<T: Real> Component<T> {
             let (force, extra) = (self.lambda[j].linear, self.system.joints[j].stretch_extra);
             let second = self.system.second_shear(j);
             for (axis, extra) in [(self.system.bodies[a].axis, extra)].into_iter().chain(second) {
-                let arm = axis * (axis.dot(force) * extra);
+                let along = axis.dot(force) * extra;
+                if (0..T::LANES).any(|lane| along.lane(lane) < -0.5 * joint.length.lane(lane)) {
+                    joint.compliance[0] =
+                        Sym3::identity(self.system.joints[j].shear + self.system.joints[j].stretch_extra);
+                    break;
+                }
+                let arm = axis * along;
                 joint.arms[0] += arm;
                 bodies[a].turning += curvature::of_force(force, arm) + Sym3::outer(axis.cross(force), -extra);
             }
@@ -70,7 +80,7 @@ impl<T: Real> Component<T> {
     }
 
     #[inline(always)]
-    fn gather_all(&self, Equations { bodies, joints, rows }: &mut Equations<T>, share: T) {
+    fn gather_all(&self, Equations { bodies, joints, rows, roots, stiffest }: &mut Equations<T>, share: T) {
         bodies.clear();
         rows.clear();
         for i in 0..self.poses.len() {
@@ -82,8 +92,39 @@ impl<T: Real> Component<T> {
             bodies[load.body].turning += curvature::of_force(load.force * dt2, arm);
         }
         joints.clear();
+        *stiffest = T::splat(f64::INFINITY);
         for j in 0..self.system.joints.len() {
             joints.push(self.joint_equation(j, bodies));
+            let (length, own) = (self.system.joints[j].length, self.joints[j].bend);
+            let squared = length * length;
+            let own = own * squared * squared * (T::splat(1.0) / dt2);
+            let least = (*stiffest - own).select(own, *stiffest);
+            *stiffest = (-own).select(*stiffest, least);
+        }
+        roots.clear();
+        if self.beyond.is_graded || !self.loose.is_empty() {
+            self.gather_roots(roots);
+        }
+    }
+
+    /// The roots of bend-twist compliances: of joints that yield far more to one moment than to others from their columns.
+    #[cold]
+    #[inline(never)]
+    fn gather_roots(&self, roots: &mut Vec<Root<T>>) {
+        let (zero, one) = (T::zero(), T::splat(1.0));
+        for j in 0..self.system.joints.len() {
+            let c = self.system.bend_twist_compliance(j).0;
+            let [largest, smallest] = [c[0].max(c[1]).max(c[2]), -(-c[0]).max(-c[1]).max(-c[2])];
+            let plain = Root::new(self.system.bend_compliance(j));
+            let graded = Root::of_columns(
+                c,
+                [[one, zero, zero], [zero, one, zero], [zero, zero, one]].map(|unit| {
+                    let row = Spatial { linear: Vec3::zero(), angular: Vec3(unit) };
+                    self.system.joints[j].to_world(row, self.system.frame(j)).angular
+                }),
+            );
+            let is_graded = largest - smallest * T::splat(GRADED);
+            roots.push(plain.select(is_graded, &graded));
         }
     }
 

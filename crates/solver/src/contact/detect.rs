@@ -2,7 +2,7 @@
 
 use collision::{Aabb, SpatialHash, TriangleMesh};
 use nalgebra::Vector3;
-use rod::{CYLINDER_SIDES, Carried, Model, Segment, Surface};
+use rod::{BodyShape, CYLINDER_SIDES, Carried, Model, Segment, Surface};
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::exclusion::PairFilter;
@@ -48,7 +48,15 @@ impl Detector {
         let has_mesh = |&i: &u32| obstacles[i as usize].mesh().is_some();
         let meshes: Vec<u32> = (0..obstacles.len() as u32).filter(has_mesh).collect();
         let body = |(i, segment): (usize, &Segment)| {
-            segment.surface().map(|mesh| (i as u32, TriangleMesh::new(&mesh.positions, &mesh.triangles)))
+            let mesh = segment.surface()?;
+            let parts = TriangleMesh::new(&mesh.positions, &mesh.triangles);
+            Some((
+                i as u32,
+                match segment.body.as_ref().map(|body| &body.shape) {
+                    Some(&BodyShape::Cylinder { radius, length }) => parts.with_round_side(radius, length),
+                    _ => parts,
+                },
+            ))
         };
         let bodies: Vec<(u32, TriangleMesh)> = model.segments.iter().enumerate().filter_map(body).collect();
         let radii = shapes.iter().filter(|shape| shape.touches()).map(|shape| shape.radius);

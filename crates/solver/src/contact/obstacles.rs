@@ -41,8 +41,15 @@ impl Placed {
     pub(crate) fn new(obstacle: &Obstacle) -> Self {
         let (pose, velocity) = in_kernel(&obstacle.at(0.0));
         let shape = || obstacle.shape.clone();
+        let parts = |mesh: &rod::Mesh| {
+            let parts = TriangleMesh::new(&mesh.positions, &mesh.triangles);
+            match &obstacle.shape {
+                ObstacleShape::Cylinder { start, end, radius } => parts.with_round_side(*radius, (end - start).norm()),
+                _ => parts,
+            }
+        };
         let solid = obstacle.shape.surface().map(|(mesh, turn)| Solid {
-            mesh: Arc::new(TriangleMesh::new(&mesh.positions, &mesh.triangles)),
+            mesh: Arc::new(parts(&mesh)),
             turn: Quat { v: to_kernel(&turn.imag()), w: turn.w },
         });
         Self { obstacle: obstacle.clone(), shapes: [shape(), shape()], solid, poses: [pose; 2], velocity }

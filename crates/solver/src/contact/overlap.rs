@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use collision::{Aabb, Capsule, SpatialHash, TriangleMesh, closest};
 use nalgebra::Vector3;
-use rod::{Mesh, Model, ObstacleShape, Pose, State};
+use rod::{BodyShape, Mesh, Model, ObstacleShape, Pose, State};
 use thiserror::Error;
 
 use super::exclusion::PairFilter;
@@ -114,7 +114,11 @@ pub(crate) fn refuse_overlaps(
         .enumerate()
         .filter_map(|(i, segment)| {
             let pose = Pose { position: state.positions[i], orientation: state.orientations[i] };
-            Some((i, Standing::new(Arc::new(segment.surface()?), pose)))
+            let round = match segment.body.as_ref().map(|body| &body.shape) {
+                Some(&BodyShape::Cylinder { radius, length }) => Some([radius, length]),
+                _ => None,
+            };
+            Some((i, Standing::new(Arc::new(segment.surface()?), pose, round)))
         })
         .collect();
     for (i, body) in &bodies {
@@ -144,7 +148,11 @@ pub(crate) fn refuse_overlaps(
             }
             obstacles.push((other, capsule));
         } else if let Some((mesh, orientation)) = obstacle.shape.surface() {
-            let standing = Standing::new(mesh, Pose { position: obstacle.shape.pivot(), orientation });
+            let round = match &obstacle.shape {
+                ObstacleShape::Cylinder { start, end, radius } => Some([*radius, (end - start).norm()]),
+                _ => None,
+            };
+            let standing = Standing::new(mesh, Pose { position: obstacle.shape.pivot(), orientation }, round);
             for (i, own) in capsules.iter().enumerate().filter(|&(i, _)| touches(i)) {
                 see(i, other, own.radius - standing.distance(own), own.radius);
             }
@@ -183,17 +191,25 @@ struct Standing {
     reach: f64,
     /// Its faces and edges, which take time to find: once something is near.
     parts: OnceCell<TriangleMesh>,
+    /// Radius and length of a cylinder about its z axis, whose side is round.
+    round: Option<[f64; 2]>,
 }
 
 impl Standing {
-    fn new(mesh: Arc<Mesh>, pose: Pose) -> Self {
-        let mut own = Self { mesh, pose, reach: 0.0, parts: OnceCell::new() };
+    fn new(mesh: Arc<Mesh>, pose: Pose, round: Option<[f64; 2]>) -> Self {
+        let mut own = Self { mesh, pose, reach: 0.0, parts: OnceCell::new(), round };
         own.reach = own.corners().map(|corner| (corner - pose.position).norm()).fold(0.0, f64::max);
         own
     }
 
     fn parts(&self) -> &TriangleMesh {
-        self.parts.get_or_init(|| TriangleMesh::new(&self.mesh.positions, &self.mesh.triangles))
+        self.parts.get_or_init(|| {
+            let parts = TriangleMesh::new(&self.mesh.positions, &self.mesh.triangles);
+            match self.round {
+                Some([radius, length]) => parts.with_round_side(radius, length),
+                None => parts,
+            }
+        })
     }
 
     /// The corners of its triangles in the world.
@@ -226,12 +242,16 @@ impl Standing {
         let mut least = f64::INFINITY;
         own.face_tree()
             .overlaps(&capsule.aabb(), |k| least = least.min(own.faces()[k as usize].distance(&[start, end])));
-        match own.encloses(&((start + end) * 0.5)) {
+        let least = match own.encloses(&((start + end) * 0.5)) {
             true if least.is_finite() => -least,
             // Deep inside; how deep does not matter.
             true => -capsule.radius,
             false => least,
-        }
+        };
+        let Some(side) = own.round_side() else { return least };
+        let near = closest::segments(&[start, end], &side.ends);
+        let is_beside = near.separation.z.abs() < 1e-9 * near.distance;
+        if is_beside { least.min(near.distance - side.radius) } else { least }
     }
 
     /// How deep its edges, and places within them, lie inside of another one [m]; how far they stand out of a surface that is

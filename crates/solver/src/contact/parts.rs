@@ -2,9 +2,10 @@
 //!
 //! A segment's axis and a mesh are nearest at an end of the axis and inside of a face, or at the axis and an edge: the end is
 //! held off the face, and the axis off the edge as off a capsule without a radius. A segment stays on the side of a face on
-//! which it is at the start of the step.
+//! which it is at the start of the step. The round side of a cylinder is an edge along its axis that has a radius: it comes after
+//! the edges of the mesh.
 
-use collision::mesh::{Edge, Face};
+use collision::mesh::{Edge, Face, RoundSide};
 use collision::sweep::first_touch;
 use collision::{Aabb, MovingCapsule, TriangleMesh};
 use nalgebra::Vector3;
@@ -85,6 +86,8 @@ impl Contact {
             Partner::Edge(_, k) | Partner::BodyEdge(_, k) => {
                 if let Some(edge) = mesh.mesh.edges().get(k as usize) {
                     self.with_edge(own, mesh, edge, self.key.2, poses);
+                } else if let Some(side) = mesh.mesh.round_side() {
+                    self.with_round_side(own, mesh, side, self.key.2, poses);
                 }
             }
             Partner::Segment(_) | Partner::Obstacle(_) | Partner::Corner(..) => {}
@@ -126,6 +129,16 @@ impl Contact {
     }
 }
 
+impl Contact {
+    /// Evaluates a contact with the round side of a cylinder: as with a capsule, but none with its ends.
+    fn with_round_side(&mut self, own: &Side, mesh: &Carrier<'_>, side: &RoundSide, feature: Feature, poses: Poses) {
+        let other = Side { radius: side.radius, ..mesh.side(&side.ends) };
+        if let Some(direction) = self.between(own, &other, feature, poses) {
+            self.doubled |= mesh.turned(&Vector3::z()).dot(direction).abs() > ASKEW;
+        }
+    }
+}
+
 /// A segment over a step, in the axes of a mesh.
 pub(super) struct Way {
     capsule: MovingCapsule,
@@ -163,6 +176,16 @@ impl Way {
         is_near && !(0..3).any(is_beside)
     }
 
+    /// Whether the axis may touch the round side of a cylinder.
+    fn meets_round(&self, side: &RoundSide) -> bool {
+        let [bottom, top] = side.ends.map(|end| end.z);
+        let ends = self.ends();
+        let is_beside = ends.iter().all(|place| place.z < bottom - self.slack)
+            || ends.iter().all(|place| place.z > top + self.slack);
+        let still = MovingCapsule { from: side.ends, to: side.ends, radius: side.radius };
+        !is_beside && first_touch(&self.capsule, &still).is_some()
+    }
+
     /// Whether the axis may touch an edge.
     pub(super) fn meets(&self, edge: &Edge) -> bool {
         let is_beside =
@@ -197,24 +220,30 @@ pub(super) fn detect(
     for end in (0..2).filter(|&end| shape.ends[end]) {
         let room = way.room(&[way.capsule.from[end], way.capsule.to[end]]);
         mesh.face_tree().overlaps(&room, |k| {
-            if way.end_meets(end, &mesh.faces()[k as usize]) {
+            if !mesh.is_round_face(k as usize) && way.end_meets(end, &mesh.faces()[k as usize]) {
                 out.push(contact(face(k), Feature::Own(end as u8)));
             }
         });
     }
+    let mut with_edge = |k: u32, ends: &[Vector3<f64>; 2]| {
+        let ends = ends.each_ref().map(|end| carrier.to_world(0, end));
+        let stands = |feature: &&Feature| match **feature {
+            Feature::Own(end) => shape.ends[end as usize],
+            _ => true,
+        };
+        let features: &[Feature] =
+            if are_parallel(from, ends, params.parallel) { &Feature::PARALLEL } else { &[Feature::Nearest] };
+        out.extend(features.iter().filter(stands).map(|&feature| contact(edge(k), feature)));
+    };
     mesh.edge_tree().overlaps(&way.room(&way.ends()), |k| {
         let own = &mesh.edges()[k as usize];
-        if way.meets(own) {
-            let ends = own.ends.each_ref().map(|end| carrier.to_world(0, end));
-            let stands = |feature: &&Feature| match **feature {
-                Feature::Own(end) => shape.ends[end as usize],
-                _ => true,
-            };
-            let features: &[Feature] =
-                if are_parallel(from, ends, params.parallel) { &Feature::PARALLEL } else { &[Feature::Nearest] };
-            out.extend(features.iter().filter(stands).map(|&feature| contact(edge(k), feature)));
+        if !mesh.is_round_edge(k as usize) && way.meets(own) {
+            with_edge(k, &own.ends);
         }
     });
+    if let Some(side) = mesh.round_side().filter(|side| way.meets_round(side)) {
+        with_edge(mesh.edges().len() as u32, &side.ends);
+    }
 }
 
 /// Whether a mesh is so far from a box in the world that nothing in that touches it.

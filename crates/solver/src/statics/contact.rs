@@ -27,8 +27,13 @@ use crate::simulation::SimulationError;
 use crate::tangent::elimination::Elimination;
 use crate::tangent::{BodyRow, Equations, curvature};
 
-/// k over the stiffness B / l^3 with which a joint bends.
+/// Depth from which on a rod lies in an obstacle, in radii.
+const OVERLAP: f64 = 1e-3;
+/// k over the stiffness B / l^3 with which a joint bends, and over the largest force in joints by the length of a segment.
 const STIFFNESS: f64 = 1e4;
+const TENSION: f64 = 10.0;
+/// By how much an obstacle that rods lie in at the start comes out to its place in a step, over the length of the shortest segment.
+const RISE: f64 = 0.5;
 /// How far what presses may slide in a step, over the distance of the axes.
 const ASIDE: f64 = 0.3;
 /// The share of an axis that is its end.
@@ -65,8 +70,13 @@ struct Contact {
 pub(super) struct Contacts {
     contacts: Vec<Contact>,
     obstacles: Vec<ObstacleShape>,
-    /// k [N/m].
+    /// k [N/m], and the part of it that bending asks for.
     stiffness: f64,
+    of_bending: f64,
+    /// Length of the shortest segment [m].
+    shortest: f64,
+    /// How far each obstacle still stands back from its place, so that what lies in it at the start comes out step by step [m].
+    reliefs: Vec<f64>,
     /// Largest change of a force in the last solve over k [m].
     pub(super) change: f64,
 }
@@ -144,7 +154,25 @@ impl Contacts {
                 }));
             }
         }
-        Self { contacts, obstacles, stiffness, change: 0.0 }
+        let lengths = (0..members.segments.len()).map(|body| component.length(body));
+        let shortest = lengths.fold(f64::INFINITY, f64::min);
+        let mut reliefs = vec![0.0; obstacles.len()];
+        let mut own = Self {
+            contacts,
+            obstacles,
+            stiffness,
+            of_bending: stiffness,
+            shortest,
+            reliefs: reliefs.clone(),
+            change: 0.0,
+        };
+        own.evaluate(component);
+        for contact in own.contacts.iter().filter(|contact| contact.gap < -OVERLAP * contact.radius) {
+            let relief: &mut f64 = &mut reliefs[contact.obstacle];
+            *relief = relief.max(-contact.gap);
+        }
+        own.reliefs = reliefs;
+        own
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -153,11 +181,15 @@ impl Contacts {
 
     /// Evaluates gaps where the component stands; those press that the gaps and the forces so far say.
     pub(super) fn evaluate(&mut self, component: &Component<f64>) {
-        let Self { contacts, obstacles, stiffness, .. } = self;
+        let sizes = component.lambda.iter().map(|lambda| lambda.linear.norm_squared());
+        let tension = sizes.fold(0.0, f64::max).sqrt();
+        self.stiffness = self.of_bending.max(TENSION * tension / self.shortest);
+        let Self { contacts, obstacles, stiffness, reliefs, .. } = self;
         for contact in contacts {
             let pose = &component.poses[contact.body];
             let (x, d) = (Vector3::from(pose.x.0), Vector3::from(pose.q.axis().0));
             contact.evaluate(&obstacles[contact.obstacle], x, d);
+            contact.gap += reliefs[contact.obstacle];
             contact.presses = contact.force - *stiffness * contact.gap > 0.0;
         }
     }
@@ -200,6 +232,13 @@ impl Contacts {
             self.change = self.change.max((force - contact.force).abs() / self.stiffness);
             contact.force = force;
         }
+        let rise = RISE * self.shortest;
+        self.reliefs.iter_mut().for_each(|relief| *relief = (*relief - rise).max(0.0));
+    }
+
+    /// Whether all obstacles are in their places.
+    pub(super) fn are_placed(&self) -> bool {
+        self.reliefs.iter().all(|&relief| relief == 0.0)
     }
 
     /// How many times the step what presses moves aside by no more than a part of its distance from the axis of what it presses on;

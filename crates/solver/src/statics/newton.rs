@@ -84,6 +84,7 @@ pub(super) fn descend(
         }
         let residuals = component.evaluate_equilibrium(&wind.forces);
         contacts.evaluate(component);
+        let are_placed = contacts.are_placed();
         let Some(tried) = descent.solve(component, contacts, &residuals, &mut shift) else { break };
         let before = descent.report.movement;
         contacts.take(&descent.elimination);
@@ -101,7 +102,7 @@ pub(super) fn descend(
         }
         let is_open =
             contacts.change > params.tolerance * descent.lengths.iter().copied().fold(f64::INFINITY, f64::min);
-        if report.movement > params.tolerance || is_open || waits {
+        if report.movement > params.tolerance || is_open || waits || !are_placed {
             continue;
         }
         if shift.is_least() {

@@ -32,6 +32,8 @@ use crate::kernel::Spatial;
 use crate::kernel::lane::{Both, Real};
 use crate::kernel::math::{Sym3, Vec3};
 
+pub(crate) use series::Root;
+
 /// Newton's equations of a step for one connected set of bodies, or for several in lanes, in world axes and world rows.
 #[derive(Clone, Debug)]
 pub struct Equations<T = f64> {
@@ -41,6 +43,10 @@ pub struct Equations<T = f64> {
     pub joints: Vec<JointEquation<T>>,
     /// What contacts add to bodies, in the order of the bodies.
     pub rows: Vec<BodyRow<T>>,
+    /// The compliances of bend-twist as roots, where joints yield far more to one moment than to others: one a joint, or none.
+    pub(crate) roots: Vec<Root<T>>,
+    /// Compliance to bending of the stiffest joint that bends, times the square of its length [1/kg]; infinite where none does.
+    pub(crate) stiffest: T,
 }
 
 /// What K has besides of a body alone: `stiffness` times the square of `row . (dx, dphi)`.
@@ -54,9 +60,15 @@ pub struct BodyRow<T = f64> {
     pub stiffness: T,
 }
 
-impl<T> Default for Equations<T> {
+impl<T: Real> Default for Equations<T> {
     fn default() -> Self {
-        Self { bodies: Vec::new(), joints: Vec::new(), rows: Vec::new() }
+        Self {
+            bodies: Vec::new(),
+            joints: Vec::new(),
+            rows: Vec::new(),
+            roots: Vec::new(),
+            stiffest: T::splat(f64::INFINITY),
+        }
     }
 }
 

@@ -94,6 +94,8 @@ pub(super) struct Terms<T> {
     pub(super) arms: [Vec3<T>; 2],
     /// alpha~ of stretch-shear and of bend-twist.
     pub(super) compliance: [Sym3<T>; 2],
+    /// That of bend-twist as a root.
+    pub(super) bend: Root<T>,
     /// E: how the turns of the outer body (rows) and of the inner body (columns) are coupled.
     pub(super) coupling: Coupling<T>,
     pub(super) rhs: Spatial<T>,
@@ -138,6 +140,7 @@ impl<T: Real> Terms<T> {
             sigma: Both([a.sigma, b.sigma]),
             arms: [Vec3::both(a.arms[0], b.arms[0]), Vec3::both(a.arms[1], b.arms[1])],
             compliance: [compliance(0), compliance(1)],
+            bend: Root::both(&a.bend, &b.bend),
             coupling: Coupling::both(a.coupling, b.coupling),
             rhs: Spatial::both(a.rhs, b.rhs),
         }
@@ -188,7 +191,7 @@ impl<T: Real> Factor<T> {
         };
         let (rows, alone) = ([row(0), row(1), row(2)], [forces[3], forces[4], forces[5]]);
         left.turning = turning + Sym3::identity(terms.coupling.kappa * T::splat(-2.0));
-        let (bend, of_bend) = Series::new(Root::new(terms.compliance[1]), turning, rows, alone);
+        let (bend, of_bend) = Series::new(terms.bend, turning, rows, alone);
         bend.take_off(&of_bend, &mut left, &mut forces);
         let added = Left { stiffness: left.seen(terms.arms[1]), forces: Self::on_inner(terms, &forces) };
         (Self { parts: [stretch, bend] }, [of_stretch, of_bend], added)

@@ -14,6 +14,9 @@ use crate::topology::{Node, Topology};
 /// left of what is added to the stiffness.
 const LEAST_YIELD: f64 = 1e-8;
 
+/// A joint that yields so many times as much as the stiffest one is held by springs, or turns freely.
+const SPRINGS: f64 = 1e3;
+
 /// What is to be solved.
 pub(super) struct Problem<'a, T> {
     /// Who is joined to whom, with the far body as one that is held.
@@ -76,7 +79,11 @@ impl<T: Real> Problem<'_, T> {
         let outer_is_a = self.topology.joints[node.joint as usize][0] == node.outer;
         let (sigma, arms, coupling) =
             if outer_is_a { (1.0, [a, b], coupling) } else { (-1.0, [b, a], coupling.transposed()) };
-        Terms { sigma: T::splat(sigma), arms, compliance, coupling, rhs }
+        let bend = match self.equations.roots.get(node.joint as usize) {
+            None => Root::new(compliance[1]),
+            Some(&root) => root,
+        };
+        Terms { sigma: T::splat(sigma), arms, compliance, bend, coupling, rhs }
     }
 
     /// `alpha~^-1` of a joint at whose outer end stands a body that is held, or comes last, and a number that is not negative
@@ -88,11 +95,14 @@ impl<T: Real> Problem<'_, T> {
         let of_mass = free.map_or(T::zero(), |body| one / self.equations.bodies[body as usize].mass);
         let squared = self.joint(node).length * self.joint(node).length;
         let Sym3([xx, yy, zz, ..]) = terms.compliance[1];
+        // Rows that springs hold, or nothing, do not count.
+        let limit = self.equations.stiffest * T::splat(SPRINGS);
         let bending = xx.max(yy).max(zz) * squared;
+        let bending = (limit - bending).select(bending, limit);
         let least = -(-bending).max(-of_mass);
         let yielding = (-bending).select(of_mass, least) * T::splat(LEAST_YIELD);
         let (stretch, first) = Root::new(terms.compliance[0]).inverse(yielding);
-        let (bend, second) = Root::new(terms.compliance[1]).inverse(yielding / squared);
+        let (bend, second) = terms.bend.inverse(yielding / squared);
         ([stretch, bend], first.select(second, first))
     }
 }

@@ -15,7 +15,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::stiffness::Stiffness;
-use crate::kernel::lane::Real;
+use crate::kernel::lane::{Both, Real};
 use crate::kernel::math::{Sym3, Vec3};
 
 /// A compliance below this share of the row's entry is rounding error.
@@ -23,7 +23,7 @@ const NEGLIGIBLE: f64 = 1e-14;
 
 /// A symmetric positive semidefinite 3 x 3 matrix `L delta L^T`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Root<T> {
+pub(crate) struct Root<T> {
     /// delta.
     pub(super) diagonal: [T; 3],
     /// Entries (1, 0), (2, 0), (2, 1) of L.
@@ -37,7 +37,7 @@ impl<T: Real> Root<T> {
     }
 
     #[inline(always)]
-    pub(super) fn new(Sym3([xx, yy, zz, xy, xz, yz]): Sym3<T>) -> Self {
+    pub(crate) fn new(Sym3([xx, yy, zz, xy, xz, yz]): Sym3<T>) -> Self {
         // The pivot and its reciprocal, both zero where it is negligible.
         let pivot = |d: T, of: T| {
             let zero = T::zero();
@@ -51,6 +51,42 @@ impl<T: Real> Root<T> {
         let l21 = rest * inverse;
         let (d2, _) = pivot(zz - l20 * xz - l21 * rest, zz);
         Self { diagonal: [d0, d1, d2], lower: [l10, l20, l21] }
+    }
+
+    /// That of the sum of `c_i v_i v_i^T`, however much larger one of the c is than others: pivots are quotients of leading minors,
+    /// which are sums of squares (the formula of Binet and Cauchy), so that nothing cancels.
+    pub(crate) fn of_columns(c: [T; 3], v: [Vec3<T>; 3]) -> Self {
+        let (zero, least) = (T::zero(), T::splat(f64::MIN_POSITIVE));
+        // The quotient, zero where there is no pivot.
+        let over = |x: T, d: T| (d - least).select(x / d, zero);
+        let sum = |of: &dyn Fn(usize) -> T| of(0) + of(1) + of(2);
+        let first = sum(&|i| c[i] * v[i].0[0] * v[i].0[0]);
+        let lower = [1, 2].map(|row| over(sum(&|i| c[i] * v[i].0[row] * v[i].0[0]), first));
+        // Of two columns each, the minors of rows 0 and 1, and of rows 0 and 2.
+        let pair = |i: usize| ((i + 1) % 3, (i + 2) % 3);
+        let minor = |i: usize, row: usize| {
+            let (j, k) = pair(i);
+            v[j].0[0] * v[k].0[row] - v[j].0[row] * v[k].0[0]
+        };
+        let weight = |i: usize| c[pair(i).0] * c[pair(i).1];
+        let second = sum(&|i| weight(i) * minor(i, 1) * minor(i, 1));
+        let last = over(sum(&|i| weight(i) * minor(i, 1) * minor(i, 2)), second);
+        let volume = v[0].cross(v[1]).dot(v[2]);
+        // In this order, as the product of all three may be too large.
+        let third = over(weight(2), second) * c[2] * volume * volume;
+        Self { diagonal: [first, over(second, first), third], lower: [lower[0], lower[1], last] }
+    }
+
+    /// `other` in the lanes where `which` is not negative.
+    pub(crate) fn select(&self, which: T, other: &Self) -> Self {
+        let choose = |own: [T; 3], other: [T; 3]| std::array::from_fn(|k| which.select(other[k], own[k]));
+        Self { diagonal: choose(self.diagonal, other.diagonal), lower: choose(self.lower, other.lower) }
+    }
+
+    /// Two side by side.
+    #[inline(always)]
+    pub(super) fn both(a: &Self, b: &Self) -> Root<Both<T>> {
+        Root { diagonal: Both::zip(a.diagonal, b.diagonal), lower: Both::zip(a.lower, b.lower) }
     }
 
     /// The inverse, with entries of delta of `least` at least, and a number that is not negative where there is one: they may

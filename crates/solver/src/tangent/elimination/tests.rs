@@ -293,7 +293,7 @@ fn a_body_in_an_unstable_place_is_made_heavier() {
         let equations = Equations {
             bodies: vec![BodyEquation { mass: 1.0, turning, defect }],
             joints: Vec::new(),
-            rows: Vec::new(),
+            ..Equations::default()
         };
         let mut elimination = Elimination::new(&topology).unwrap();
         assert!(elimination.solve(&equations));
@@ -365,7 +365,7 @@ fn lanes_have_the_bits_of_systems_alone() {
                     rhs: spatial(&|system| system.joints[j].rhs),
                 })
                 .collect(),
-            rows: Vec::new(),
+            ..Equations::default()
         };
         let mut together = Elimination::<Lanes<4>>::new(&topology).unwrap();
         let solved = together.solve_lanes(&side_by_side);
@@ -387,4 +387,38 @@ fn lanes_have_the_bits_of_systems_alone() {
         }
     }
     assert!(mended > 10.0 && failed > 10, "{mended} {failed}");
+}
+
+/// A root of columns is that of their sum, and keeps small compliances beside one that is larger by any factor: with the large one
+/// infinite, what is left is that of the two others across it.
+#[test]
+fn roots_of_columns_lose_nothing_beside_a_large_compliance() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(17);
+    let product = |root: &crate::tangent::Root<f64>| {
+        let columns = [0, 1, 2].map(|k| {
+            let unit = [0, 1, 2].map(|i| f64::from(u8::from(i == k)) * root.diagonal[k]);
+            nalgebra::Vector3::from(root.apply(unit).0)
+        });
+        let l =
+            [0, 1, 2].map(|k| nalgebra::Vector3::from(root.apply([0, 1, 2].map(|i| f64::from(u8::from(i == k)))).0));
+        columns.iter().zip(&l).map(|(a, b)| a * b.transpose()).sum::<nalgebra::Matrix3<f64>>()
+    };
+    for large in [1.0, 1e6, 1e12, 1e18, 1e24] {
+        for _ in 0..20 {
+            let v = [random(rng), random(rng), random(rng)].map(|x| nalgebra::Vector3::from(x.0));
+            if nalgebra::Matrix3::from_columns(&v).determinant().abs() < 0.1 {
+                continue;
+            }
+            let c = [rng.random_range(0.5..2.0), rng.random_range(0.5..2.0), large];
+            let root = crate::tangent::Root::of_columns(c, v.map(|x| Vec3(x.into())));
+            let sum = (0..3).map(|i| v[i] * v[i].transpose() * c[i]).sum::<nalgebra::Matrix3<f64>>();
+            assert!((product(&root) - sum).norm() < 1e-13 * sum.norm(), "{large:e}");
+            // In the two directions across the large column, by the inverse: V^-T c^-1 V^-1.
+            let inverse = nalgebra::Matrix3::from_columns(&v).try_inverse().unwrap();
+            let expected = inverse.transpose() * nalgebra::Matrix3::from_diagonal(&c.map(f64::recip).into()) * inverse;
+            let (found, exists) = root.inverse(0.0);
+            let error = (matrix(found.full()) - expected).norm() / expected.norm();
+            assert!(exists >= 0.0 && error < 1e-9, "{large:e}: {error:e}");
+        }
+    }
 }

@@ -1,0 +1,139 @@
+//! How much the integrator brakes what goes round, driven or free.
+//!
+//! A step of Euler's rule takes `psi^2` of the kinetic energy of what turns the direction of its velocity by psi, one of backward
+//! differences of second order `psi^4 / 2`.
+
+use std::f64::consts::TAU;
+use std::fmt::{self, Display, Formatter};
+
+use rod::{Body, Model, State};
+use scene::Scene;
+use serde::Serialize;
+use solver::integrator::Integrator;
+
+use crate::apart::place;
+use crate::numbers::{number, share};
+
+/// Part of its energy that it may lose in a turn before a run says so, and the part that it loses at the time step that is
+/// advised.
+const MUCH: f64 = 0.2;
+const LITTLE: f64 = 0.05;
+/// A larger turn in a step is that of an impact, or of what shakes [rad].
+const SMOOTH: f64 = 0.5;
+
+/// Sums over the steps that are looked at, weighted by kinetic energy.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Braking {
+    /// Velocities a step before the frame that is measured next [m/s]; empty where they are not known.
+    before: State,
+    steps: f64,
+    energy: f64,
+    turn: f64,
+    squared: f64,
+    /// The segment with the largest share in `squared`, and that share.
+    most: (usize, f64),
+}
+
+impl Braking {
+    /// Takes the state a step before the one that is observed next.
+    pub(crate) fn note(&mut self, state: &State) {
+        self.before.velocities.clone_from(&state.velocities);
+    }
+
+    /// Looks at the step that led from the state noted to this one.
+    pub(crate) fn observe(&mut self, model: &Model, state: &State) {
+        if self.before.velocities.is_empty() {
+            return;
+        }
+        self.steps += 1.0;
+        for (i, (now, before)) in state.velocities.iter().zip(&self.before.velocities).enumerate() {
+            let segment = &model.segments[i];
+            let (Some(a), Some(b)) = (now.try_normalize(0.0), before.try_normalize(0.0)) else { continue };
+            let psi = (a - b).norm();
+            let energy = if segment.fixed { 0.0 } else { 0.5 * segment.mass() * now.norm_squared() };
+            if psi > SMOOTH || !energy.is_finite() {
+                continue;
+            }
+            self.energy += energy;
+            self.turn += energy * psi;
+            let squared = energy * psi * psi;
+            self.squared += squared;
+            if squared > self.most.1 {
+                self.most = (i, squared);
+            }
+        }
+        self.before.velocities.clear();
+    }
+}
+
+/// A motion that the integrator brakes much.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Braked {
+    /// What turns fastest, in words.
+    what: String,
+    /// Mean angle by which velocities turn in a step, weighted by their kinetic energy [rad].
+    turn_a_step_rad: f64,
+    /// Part of the kinetic energy that the integrator takes in a whole turn.
+    lost_a_turn: f64,
+    /// The time step at which it takes a twentieth [s].
+    advised_dt_s: f64,
+    /// The same part with the integrator bdf2 at this time step, where that is another one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lost_with_bdf2: Option<f64>,
+    #[serde(skip)]
+    integrator: &'static str,
+    #[serde(skip)]
+    dt: f64,
+}
+
+/// Part of the kinetic energy that is lost in a whole turn, in steps of psi.
+fn lost(integrator: Integrator, psi: f64) -> f64 {
+    let in_a_turn = match integrator {
+        Integrator::Euler => TAU * psi,
+        Integrator::Bdf2 => 0.5 * TAU * psi.powi(3),
+    };
+    -(-in_a_turn).exp_m1()
+}
+
+impl Braked {
+    /// That of a run of `steps` steps; `None` where little is lost, and where velocities turn by less than a whole turn.
+    pub(crate) fn of(scene: &Scene, integrator: Integrator, steps: usize, braking: &Braking) -> Option<Self> {
+        if braking.energy <= 0.0 || braking.turn / braking.energy * (steps as f64) < TAU {
+            return None;
+        }
+        let psi = braking.squared / braking.turn;
+        let lost_a_turn = lost(integrator, psi);
+        let dt = scene.run.dt;
+        let allowed = match integrator {
+            Integrator::Euler => -(-LITTLE).ln_1p() / TAU,
+            Integrator::Bdf2 => (-2.0 * (-LITTLE).ln_1p() / TAU).cbrt(),
+        };
+        (lost_a_turn > MUCH).then(|| Self {
+            what: place(scene, Body::Segment(braking.most.0)),
+            turn_a_step_rad: psi,
+            lost_a_turn,
+            advised_dt_s: dt * allowed / psi,
+            lost_with_bdf2: (integrator != Integrator::Bdf2).then(|| lost(Integrator::Bdf2, psi)),
+            integrator: integrator.name(),
+            dt,
+        })
+    }
+}
+
+impl Display for Braked {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { what, lost_a_turn, integrator, dt, advised_dt_s, .. } = self;
+        write!(
+            f,
+            "time step: {integrator} at {dt:?} s takes about {:.0} % of the kinetic energy of what goes round ({what}) in each \
+             turn; --dt {} takes {:.0} %",
+            100.0 * lost_a_turn,
+            number(*advised_dt_s),
+            100.0 * LITTLE
+        )?;
+        match self.lost_with_bdf2 {
+            Some(part) if part < *lost_a_turn => write!(f, ", --integrator bdf2 {} %", share(100.0 * part)),
+            _ => Ok(()),
+        }
+    }
+}
