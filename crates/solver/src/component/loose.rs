@@ -45,6 +45,11 @@ impl Loose {
     pub(super) fn alone(&self) -> Self {
         Self { lane: 0, ..*self }
     }
+
+    /// The joint, if it turns freely whether a grip is open or not.
+    pub(super) fn turning(&self) -> Option<usize> {
+        (self.turns != Turns::None).then_some(self.joint)
+    }
 }
 
 impl<T: Real> Component<T> {

@@ -1,5 +1,6 @@
 //! What of a component a snapshot keeps.
 
+use super::loose::Loose;
 use super::{BodyLoad, Component};
 use crate::kernel::lane::Real;
 use crate::snapshot::Tape;
@@ -29,6 +30,8 @@ impl<T: Real> Component<T> {
             system,
             moved: _,
             rigid,
+            joints,
+            loose,
             // A step makes these anew before it looks at them.
             effective: _,
             start: _,
@@ -46,9 +49,7 @@ impl<T: Real> Component<T> {
             torques_wait: _,
             // These stay the same, or follow from what is held; of air, a segment's inertia is each step's.
             bodies: _,
-            joints: _,
             resting: _,
-            loose: _,
             beyond: _,
             changing: _,
             damping: _,
@@ -70,6 +71,8 @@ impl<T: Real> Component<T> {
             tape.flag(turns);
         });
         tape.list(rigid, |tape, body| body.tape(tape));
+        // What joints that turn freely have turned by, with which open grips go on.
+        loose.iter().filter_map(Loose::turning).for_each(|joint| tape.vector(&mut joints[joint].rest_darboux));
         tape.vector(gravity);
         tape.real(last_dt);
         tape.real(last_effective);

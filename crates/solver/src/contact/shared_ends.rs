@@ -8,7 +8,7 @@
 use std::cmp::Reverse;
 
 use rayon::prelude::*;
-use rod::{Body, Model};
+use rod::{Body, Joint, Model};
 
 use super::geometry::{Contact, Shape};
 use super::key::{Feature, Key, Partner};
@@ -26,10 +26,12 @@ pub(crate) fn share_ends(model: &Model, shapes: &mut [Shape]) {
             && joint.mount.is_none()
             && let (Some(end_a), Some(end_b)) = (shapes[a].end_at(joint.offset_a), shapes[b].end_at(joint.offset_b))
         {
-            // The thicker of two ends that meet stands for both.
-            let first = (shapes[a].radius, Reverse(a)) > (shapes[b].radius, Reverse(b));
-            let (other, end) = if first { (b, end_b) } else { (a, end_a) };
-            shapes[other].ends[end] = false;
+            // The thicker of two ends that meet stands for both, unless the joint lets them part.
+            if joint.stretch_compliance.max(joint.shear_compliance) <= Joint::RIGID {
+                let first = (shapes[a].radius, Reverse(a)) > (shapes[b].radius, Reverse(b));
+                let (other, end) = if first { (b, end_b) } else { (a, end_a) };
+                shapes[other].ends[end] = false;
+            }
             for (own, end, across) in [(a, end_a, b), (b, end_b, a)] {
                 met[own][end] += 1;
                 let is_alone = met[own][end] == 1 && shapes[across].radius >= shapes[own].radius;

@@ -117,6 +117,12 @@ impl Simulation {
             model.motions[*index].clone_from(driven.as_ref());
         }
         model.set_time(self.time);
+        // One that lets go when the next step begins has held on to the end of this one.
+        for Scheduled { driven, .. } in self.schedule.iter().filter(|own| own.phase == Phase::Holds) {
+            if let Body::Anchor(i) = driven.body {
+                model.anchors[i] = driven.at(self.time).pose;
+            }
+        }
         for (segment, held) in model.segments.iter_mut().zip(&self.held) {
             segment.fixed = *held;
         }

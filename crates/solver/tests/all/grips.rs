@@ -429,3 +429,25 @@ fn a_start_that_goes_on_from_the_last_steps_does_no_harm() {
         }
     }
 }
+
+#[test]
+fn a_grip_that_lets_go_within_a_step_holds_to_its_end() {
+    let (mut model, state) = rods(1, false);
+    model.open.clear();
+    let anchor = model.anchors.len() - 1;
+    let motion = way(&model.anchors[anchor], 0.0);
+    model.motions.push(Driven::new(Body::Anchor(anchor), motion.clone()).between(0.0, 4.5 * DT));
+    let mut simulation =
+        Simulation::new(&model, &state, &settings(Formulation::Newton, SolverKind::Direct), None).unwrap();
+    let (mut now, mut told) = (state.clone(), model.clone());
+    for step in 1..=6 {
+        steps(&mut simulation, &mut now, 1);
+        simulation.store_model(&mut told);
+        let is_held = step <= 5;
+        assert_eq!(told.open.is_empty(), is_held, "step {step}");
+        if is_held {
+            assert_eq!(told.anchors[anchor], motion.at(simulation.time()).pose, "step {step}");
+        }
+        assert!(measure::worst_gap(&told, &now) < 1e-5, "step {step}: {}", measure::worst_gap(&told, &now));
+    }
+}

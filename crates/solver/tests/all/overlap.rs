@@ -2,7 +2,7 @@
 
 use collision::closest;
 use nalgebra::{Unit, Vector3};
-use rod::{Assembly, Material, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, measure, shape};
+use rod::{Assembly, Material, Model, Obstacle, ObstacleShape, RodSpec, State, Stretch, Surface, measure, shape};
 use solver::component::{Component, Members};
 use solver::formulation::{ContactProjection, Formulation};
 use solver::kernel::Spatial;
@@ -229,5 +229,26 @@ fn a_rod_comes_out_of_the_ground_gently() {
             assert!(lowest > surface - step.contact_tolerance * RADIUS, "{lowest}");
             assert!(highest < surface + 1.1 * SPEED * SPEED / (2.0 * 9.81), "{highest}");
         }
+    }
+}
+
+#[test]
+fn ends_that_a_soft_joint_lets_part_touch_each_for_itself() {
+    for stretch in [Stretch::ZERO_STRETCH, Stretch::Physical] {
+        let foam = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+        let mut assembly = Assembly::new(Vector3::z() * -9.81);
+        let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 3);
+        assembly.rod(&RodSpec { stretch, ..RodSpec::new(nodes, RADIUS, foam) });
+        let mut scene = assembly.finish();
+        scene.0.contacts.obstacles.push(Obstacle::new(ground(-0.3), Surface::default()));
+        let half = 0.5 * scene.0.segments[0].length;
+        let mut lowest = f64::INFINITY;
+        run(&scene, &Settings::default(), 60, |now| {
+            for i in 0..3 {
+                let below = half * now.axis(i).z.abs();
+                lowest = lowest.min(now.positions[i].z - below - RADIUS + 0.3);
+            }
+        });
+        assert!(lowest.abs() <= 1.01 * StepParams::DEFAULT.contact_tolerance * RADIUS, "{stretch:?}: {lowest} m");
     }
 }

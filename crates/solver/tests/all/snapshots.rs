@@ -273,3 +273,24 @@ fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
     }
     assert_eq!(Seen::of(&model, &state, &own), before);
 }
+
+#[test]
+fn after_pins_and_hinges_have_let_go() {
+    for pin in [true, false] {
+        let mut assembly = Assembly::new(GRAVITY);
+        let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 5);
+        let rod = assembly.rod(&RodSpec::new(nodes, 0.02, material(1e6, 1000.0)));
+        assembly.clamp_start(&rod);
+        let (mut model, state) = assembly.finish();
+        let joint = model.joints.len() - 1;
+        if pin {
+            model.pin(joint);
+        } else {
+            model.hinge(joint, &Vector3::y());
+        }
+        let resting = Arc::new(Motion::resting(&model.anchors[0]));
+        model.motions.push(Driven::new(Body::Anchor(0), resting).between(0.0, 10.0 * DT));
+        let settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
+        goes_on((&model, &state), &settings, GuessKind::Zero, 40, if pin { "a pin" } else { "a hinge" });
+    }
+}
