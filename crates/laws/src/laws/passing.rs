@@ -1,0 +1,202 @@
+//! Whether axes pass through each other or into obstacles, by brute force over all pairs.
+//!
+//! Ends of axes go on straight lines from one state to the next. Two axes cross where their four ends lie in one plane, within
+//! both their lengths, which is looked for in many parts of the step.
+
+use std::collections::HashSet;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use nalgebra::Vector3;
+use rod::{Body, Model, ObstacleShape};
+
+use super::contact::{distance, line};
+use super::{Broken, Law, Step};
+
+/// Parts of a step in which each pair is looked at.
+const PARTS: usize = 48;
+
+/// Pairs of segments that never touch: joined ones, and neighbours along the rods nearer than half the circumference of
+/// their section.
+pub(crate) struct Excluded(HashSet<(usize, usize)>);
+
+impl Excluded {
+    pub(crate) fn new(model: &Model) -> Self {
+        let count = model.segments.len();
+        let mut neighbours = vec![Vec::new(); count];
+        for joint in &model.joints {
+            if let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b) {
+                neighbours[a].push((b, joint.offset_a, joint.offset_b));
+                neighbours[b].push((a, joint.offset_b, joint.offset_a));
+            }
+        }
+        let mut pairs = HashSet::new();
+        for first in 0..count {
+            // Places on segments, and how far they are along the rods from the first one's nearest end: the nearest place next.
+            let mut open: Vec<(f64, usize, f64)> = Vec::new();
+            let mut reached: HashSet<(usize, u64)> = HashSet::new();
+            for &(other, _, there) in &neighbours[first] {
+                pairs.insert((first.min(other), first.max(other)));
+                open.push((0.0, other, there));
+            }
+            while let Some(next) = (0..open.len()).min_by(|&a, &b| open[a].0.total_cmp(&open[b].0)) {
+                let (gone, segment, place) = open.swap_remove(next);
+                if !reached.insert((segment, place.to_bits())) {
+                    continue;
+                }
+                let [own, there] = [first, segment].map(|i| model.segments[i].radius);
+                // At the limit itself rounding decides.
+                if segment != first && gone < FRAC_PI_2 * (own + there) * (1.0 + 1e-6) {
+                    pairs.insert((first.min(segment), first.max(segment)));
+                }
+                for &(other, here, there) in &neighbours[segment] {
+                    let further = gone + (here - place).abs();
+                    if other != first && further < PI * own.max(model.segments[other].radius) * (1.0 + 1e-6) {
+                        open.push((further, other, there));
+                    }
+                }
+            }
+        }
+        Self(pairs)
+    }
+
+    /// Whether two segments never touch in this model, as it is now.
+    pub(crate) fn contains(&self, model: &Model, i: usize, j: usize) -> bool {
+        let (a, b) = (&model.segments[i], &model.segments[j]);
+        a.fixed && b.fixed || a.body.is_some() && b.body.is_some() || self.0.contains(&(i.min(j), i.max(j)))
+    }
+}
+
+type Way = [[Vector3<f64>; 2]; 2];
+
+fn at(way: &Way, t: f64) -> [Vector3<f64>; 2] {
+    [0, 1].map(|end| way[0][end].lerp(&way[1][end], t))
+}
+
+fn volume(a: &Way, b: &Way, t: f64) -> f64 {
+    let (a, b) = (at(a, t), at(b, t));
+    (b[0] - a[0]).dot(&(a[1] - a[0]).cross(&(b[1] - b[0])))
+}
+
+/// Whether two lines in one plane cross within both their ends.
+fn within(a: &[Vector3<f64>; 2], b: &[Vector3<f64>; 2]) -> bool {
+    let (u, v, w) = (a[1] - a[0], b[1] - b[0], b[0] - a[0]);
+    let normal = u.cross(&v);
+    let area = normal.norm_squared();
+    if area < 1e-20 * u.norm_squared() * v.norm_squared() {
+        return false;
+    }
+    let (s, t) = (w.cross(&v).dot(&normal) / area, w.cross(&u).dot(&normal) / area);
+    (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t)
+}
+
+fn cross(a: &Way, b: &Way) -> bool {
+    let mut low = (0.0, volume(a, b, 0.0));
+    for part in 1..=PARTS {
+        let time = part as f64 / PARTS as f64;
+        let high = (time, volume(a, b, time));
+        if low.1 * high.1 <= 0.0 && low.1 != high.1 {
+            let (mut from, mut to) = (low.0, high.0);
+            for _ in 0..50 {
+                let middle = 0.5 * (from + to);
+                if volume(a, b, middle) * low.1 > 0.0 { from = middle } else { to = middle }
+            }
+            if within(&at(a, to), &at(b, to)) {
+                return true;
+            }
+        }
+        low = high;
+    }
+    false
+}
+
+pub(super) fn passing(step: &Step<'_>, broken: &mut Vec<Broken>) {
+    let model = step.model;
+    // In parts of a step bodies go other ways, and where it is not solved anything may be.
+    if !step.is_whole() || model.contacts.is_empty() || model.contacts.allow_overlap {
+        return;
+    }
+    let ways: Vec<Option<Way>> = (0..model.segments.len())
+        .map(|i| {
+            let [before, after] = step.states.map(|state| line(step, state, i).map(|(axis, _)| axis));
+            Some([before?, after?])
+        })
+        .collect();
+    for (k, obstacle) in model.contacts.obstacles.iter().enumerate() {
+        let shapes = [step.time - step.dt, step.time].map(|time| obstacle.shape_at(time));
+        for i in (0..model.segments.len()).filter(|&i| step.is_free(i)) {
+            let Some(way) = &ways[i] else { continue };
+            if let Some(words) = enters(&shapes, way) {
+                let words = format!("the axis of segment {i} {words} obstacle {k} ({})", obstacle.shape.kind());
+                broken.push(Broken { law: Law::Passing, step: step.number, size: f64::INFINITY, words });
+            }
+        }
+    }
+    if model.contacts.between_segments.is_none() {
+        return;
+    }
+    for i in 0..model.segments.len() {
+        for j in i + 1..model.segments.len() {
+            let (Some(a), Some(b)) = (&ways[i], &ways[j]) else { continue };
+            let (x, y) = (bounds(a), bounds(b));
+            let apart = (0..3).any(|k| x[0][k] > y[1][k] || y[0][k] > x[1][k]);
+            if !apart && !step.excluded.contains(model, i, j) && cross(a, b) {
+                let words = format!("the axes of segments {i} and {j} pass through each other");
+                broken.push(Broken { law: Law::Passing, step: step.number, size: f64::INFINITY, words });
+            }
+        }
+    }
+}
+
+fn bounds(way: &Way) -> [Vector3<f64>; 2] {
+    let [a, b, c, d] = [way[0][0], way[0][1], way[1][0], way[1][1]];
+    [a.inf(&b).inf(&c.inf(&d)), a.sup(&b).sup(&c.sup(&d))]
+}
+
+/// Whether an axis that was outside of an obstacle is in it after the step, or passes through it on its way.
+fn enters(shapes: &[ObstacleShape; 2], way: &Way) -> Option<&'static str> {
+    match &shapes[1] {
+        ObstacleShape::HalfSpace { .. } | ObstacleShape::Sphere { .. } => {
+            let is_out = distance(&shapes[0], &way[0]) > 0.0;
+            (is_out && distance(&shapes[1], &way[1]) < 0.0).then_some("is inside of")
+        }
+        ObstacleShape::Capsule { start, end, .. } => {
+            let ObstacleShape::Capsule { start: old_start, end: old_end, .. } = &shapes[0] else { return None };
+            let is_out = distance(&shapes[0], &way[0]) > 0.0;
+            if is_out && distance(&shapes[1], &way[1]) < 0.0 {
+                return Some("is inside of");
+            }
+            cross(way, &[[*old_start, *old_end], [*start, *end]]).then_some("passes through the axis of")
+        }
+        _ => {
+            // In the frame of the surface: its triangles stand still there.
+            let mut own: Way = *way;
+            let mut mesh = None;
+            for (shape, axis) in shapes.iter().zip(&mut own) {
+                let (surface, turn) = shape.surface()?;
+                let pivot = shape.pivot();
+                axis.iter_mut().for_each(|place| *place = turn.inverse() * (*place - pivot));
+                mesh = Some(surface);
+            }
+            let mesh = mesh?;
+            let corners = |triangle: &[u32; 3]| triangle.map(|i| mesh.positions[i as usize]);
+            let crosses = |axis: &[Vector3<f64>; 2]| mesh.triangles.iter().any(|t| pierces(axis, &corners(t)));
+            if !crosses(&own[0]) && crosses(&own[1]) {
+                return Some("goes through the surface of");
+            }
+            let ends = [0, 1].map(|end| [own[0][end], own[1][end]]);
+            // Both ends: a way of one alone may lie beside an edge that the axis has gone round.
+            ends.iter().all(|path| crosses(path)).then_some("passes through the surface of")
+        }
+    }
+}
+
+/// Whether a line goes through a triangle.
+fn pierces(line: &[Vector3<f64>; 2], [a, b, c]: &[Vector3<f64>; 3]) -> bool {
+    let normal = (b - a).cross(&(c - a));
+    let [from, to] = line.map(|place| normal.dot(&(place - a)));
+    if from * to >= 0.0 {
+        return false;
+    }
+    let place = line[0].lerp(&line[1], from / (from - to));
+    [(a, b), (b, c), (c, a)].iter().all(|(p, q)| (*q - *p).cross(&(place - *p)).dot(&normal) > 0.0)
+}
