@@ -32,6 +32,7 @@ pub(crate) fn place(source: &Source, name: &Spanned<String>, what: &str) -> Resu
     if !path.is_file() {
         return source.must_be(name.span(), &format!("{what}, and there is none at {file}"));
     }
+    source.notes.file(name.span(), &path);
     Ok((path, file))
 }
 

@@ -8,6 +8,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::format::Vector;
+use crate::text::Notes;
 
 /// Why there is no scene.
 #[derive(Debug, Error)]
@@ -70,6 +71,8 @@ pub(crate) type Result<T> = std::result::Result<T, SceneError>;
 pub(crate) struct Source<'a> {
     pub(crate) file: &'a str,
     pub(crate) text: &'a str,
+    /// The other files that the text names.
+    pub(crate) notes: Notes,
 }
 
 impl Source<'_> {

@@ -47,11 +47,13 @@ mod shape;
 mod strain;
 mod strands;
 mod table;
+mod text;
 mod tree;
 
 pub use builtin::{Builtin, builtin, builtin_refined, builtins};
 pub use error::SceneError;
 pub use origin::Origin;
+pub use text::SceneText;
 
 use refine::Refinement;
 
@@ -81,6 +83,8 @@ pub struct Scene {
     pub from: Option<Origin>,
     /// Whether it begins in an equilibrium, to which `state` is the way; finding it is up to who runs the scene.
     pub begins_at_rest: bool,
+    /// The text that it was read from, with the files that this names; `None` where segments were cut into parts.
+    pub text: Option<SceneText>,
 }
 
 /// Time step, number of steps, and which of them are kept.
@@ -140,7 +144,9 @@ pub fn parse(text: &str, file_name: &str) -> Result<Scene, SceneError> {
 /// # Errors
 /// As [`parse`]; too many segments among them.
 pub fn parse_refined(text: &str, file_name: &str, factor: NonZeroUsize) -> Result<Scene, SceneError> {
-    let source = error::Source { file: file_name, text };
+    let source = error::Source { file: file_name, text, notes: text::Notes::default() };
     let file: format::File = toml::from_str(text).map_err(|e| source.reader_error(&e))?;
-    assemble::scene(&source, &file, Refinement(factor.get()))
+    let scene = assemble::scene(&source, &file, Refinement(factor.get()))?;
+    let text = (factor == NonZeroUsize::MIN).then(|| source.notes.text(text));
+    Ok(Scene { text, ..scene })
 }

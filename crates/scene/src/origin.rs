@@ -42,5 +42,7 @@ pub(crate) fn origin(source: &Source, text: &Spanned<String>) -> Result<Origin> 
         return source.must_be(text.span(), "the folder of a run, or FOLDER@FRAME");
     }
     let own = Path::new(source.file).parent().unwrap_or_else(|| Path::new(""));
-    Ok(Origin { folder: own.join(folder), frame })
+    let folder = own.join(folder);
+    source.notes.folder(text.span(), &folder, frame);
+    Ok(Origin { folder, frame })
 }
