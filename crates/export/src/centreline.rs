@@ -6,9 +6,10 @@ use std::path::Path;
 use rod::{Segment, State};
 
 use crate::file::write_atomically;
-use crate::{ExportError, TrajectoryReader};
+use crate::{ExportError, Names, TrajectoryReader};
 
-/// Writes the segments' centres over time as CSV with the columns `frame,time_s,rod,segment,x_m,y_m,z_m`, one row for
+/// Writes the segments' centres over time as CSV with the columns
+/// `frame,time_s,rod,rod_name,segment,segment_of_rod,x_m,y_m,z_m`, one row for
 /// each segment of each frame, holding one frame in memory. Numbers keep all their digits.
 ///
 /// # Errors
@@ -18,15 +19,17 @@ pub fn write_centreline(
     path: &Path,
     trajectory: &mut TrajectoryReader,
     segments: &[Segment],
+    names: &Names,
 ) -> Result<(), ExportError> {
     trajectory.expect_segments(segments.len())?;
     let mut state = State::default();
+    let heads = names.rows(segments);
     write_atomically(path, |writer| {
-        writeln!(writer, "frame,time_s,rod,segment,x_m,y_m,z_m")?;
+        writeln!(writer, "frame,time_s,rod,rod_name,segment,segment_of_rod,x_m,y_m,z_m")?;
         for frame in 0..trajectory.frames() {
             let time = trajectory.read_frame(frame, &mut state).map_err(std::io::Error::other)?;
-            for (i, (segment, x)) in segments.iter().zip(&state.positions).enumerate() {
-                writeln!(writer, "{frame},{time:?},{},{i},{:?},{:?},{:?}", segment.rod, x.x, x.y, x.z)?;
+            for (head, x) in heads.iter().zip(&state.positions) {
+                writeln!(writer, "{frame},{time:?},{head},{:?},{:?},{:?}", x.x, x.y, x.z)?;
             }
         }
         Ok(())

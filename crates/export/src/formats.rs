@@ -7,25 +7,28 @@ use std::path::{Path, PathBuf};
 use names::names;
 use rod::{JointForce, Model, State, Wrench};
 
-use crate::{ExportError, TrajectoryReader};
+use crate::{ExportError, Names, TrajectoryReader};
 
 mod centrelines;
 mod csv;
+mod envelope;
 mod glb;
 mod obj;
 mod probes;
 mod solids;
 mod vtp;
 
+pub use envelope::Envelope;
 pub use probes::write_probes;
 
 /// A format of other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
-    /// ParaView and VTK: `vtp/` with one file a frame, and `run.pvd`, which lists them with their times.
+    /// ParaView and VTK: `vtp/` with one file a frame, `obstacles.vtp` with the obstacles that never move, and `run.pvd`,
+    /// which lists them with their times.
     Vtp,
-    /// Blender, browsers and game engines: binary glTF 2.0, `run.glb`, a skinned tube, meshes of rigid bodies and obstacles,
-    /// and the animation of all.
+    /// Blender, browsers and game engines: binary glTF 2.0, `run.glb`, a skinned tube a rod, meshes of rigid bodies and
+    /// obstacles, and the animation of all.
     Glb,
     /// Spreadsheets and scripts: the tables `segments.csv`, `joints.csv` and `reactions.csv`, with obstacles
     /// `obstacles.csv`.
@@ -37,19 +40,24 @@ pub enum Format {
 names!(Format { Vtp = "vtp", Glb = "glb", Csv = "csv", Obj = "obj" });
 
 impl Format {
-    /// What [`write_format`] makes: names of files, and of folders of frames with a slash at the end. `obstacles.csv` is of
-    /// models with obstacles alone.
-    pub fn outputs(self) -> &'static [&'static str] {
-        match self {
-            Format::Vtp => &["vtp/", "run.pvd"],
-            Format::Glb => &["run.glb"],
-            Format::Csv => &["segments.csv", "joints.csv", "reactions.csv", "obstacles.csv"],
-            Format::Obj => &["obj/"],
-        }
+    /// What [`write_format`] makes of a run of `model`: names of files, and of folders of frames with a slash at the end.
+    pub fn outputs(self, model: &Model) -> Vec<&'static str> {
+        let obstacles = &model.contacts.obstacles;
+        let has_still = obstacles.iter().any(|obstacle| obstacle.motion.is_none());
+        let (files, more): (&[_], _) = match self {
+            Format::Vtp => (&["vtp/", "run.pvd"], has_still.then_some(vtp::STILL)),
+            Format::Glb => (&["run.glb"], None),
+            Format::Csv => (
+                &["segments.csv", "joints.csv", "reactions.csv"],
+                (!obstacles.is_empty()).then_some(csv::OBSTACLES_FILE),
+            ),
+            Format::Obj => (&["obj/"], None),
+        };
+        files.iter().copied().chain(more).collect()
     }
 }
 
-/// Writes a trajectory of `model` into `directory`, which is created if it does not exist, and returns the files and
+/// Writes a trajectory of `model`, whose parts have these `names`, into `directory`, which is created if it does not exist, and returns the files and
 /// folders made. One frame is in memory at a time (of `glb`, some tens of MiB). What an earlier export left is replaced
 /// when the new files are complete.
 ///
@@ -66,15 +74,16 @@ pub fn write_format(
     directory: &Path,
     trajectory: &mut TrajectoryReader,
     model: &Model,
+    names: &Names,
 ) -> Result<Vec<PathBuf>, ExportError> {
     trajectory.expect_segments(model.segments.len())?;
     trajectory.expect_joints(model.joints.len())?;
     fs::create_dir_all(directory).map_err(ExportError::io("create the directory", directory))?;
     match format {
-        Format::Vtp => vtp::write(directory, trajectory, model),
-        Format::Glb => glb::write(directory, trajectory, model),
-        Format::Csv => csv::write(directory, trajectory, model),
-        Format::Obj => obj::write(directory, trajectory, model),
+        Format::Vtp => vtp::write(directory, trajectory, model, names),
+        Format::Glb => glb::write(directory, trajectory, model, names),
+        Format::Csv => csv::write(directory, trajectory, model, names),
+        Format::Obj => obj::write(directory, trajectory, model, names),
     }
 }
 

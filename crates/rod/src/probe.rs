@@ -51,7 +51,7 @@ impl Quantity {
     pub fn columns(self) -> &'static [&'static str] {
         match self {
             Quantity::Position => &["x_m", "y_m", "z_m"],
-            Quantity::Orientation => &["q_x", "q_y", "q_z", "q_w"],
+            Quantity::Orientation => &["qw", "qx", "qy", "qz"],
             Quantity::Velocity => &["v_x_m_per_s", "v_y_m_per_s", "v_z_m_per_s"],
             Quantity::AngularVelocity => &["w_x_rad_per_s", "w_y_rad_per_s", "w_z_rad_per_s"],
             Quantity::Tension => &["tension_n"],
@@ -145,7 +145,7 @@ impl Probe {
             let before = values.len();
             match quantity {
                 Quantity::Position => values.extend(&(position + arm)),
-                Quantity::Orientation => values.extend(orientation.coords.iter()),
+                Quantity::Orientation => values.extend([orientation.w, orientation.i, orientation.j, orientation.k]),
                 Quantity::Velocity => values.extend(&(state.velocities[i] + state.angular_velocities[i].cross(&arm))),
                 Quantity::AngularVelocity => values.extend(&state.angular_velocities[i]),
                 Quantity::Curvature => values.extend(joint().map(|(joint, _)| curvature(model, state, joint))),

@@ -56,9 +56,9 @@ pub(crate) enum Command {
 pub(crate) struct SceneArgs {
     /// What to simulate: the name of a scene that comes with the program (see `simulate list`), or a file of your own that
     /// ends in .toml (see docs/scenes.md). random-rod, random-helix, random-knot and random-tree are drawn at random, as in
-    /// the COPINGNet paper.
-    #[arg(default_value = "bending-rod", value_name = "SCENE.toml | NAME")]
-    pub(crate) scene: String,
+    /// the COPINGNet paper [default: the scene of the run that --from names, else bending-rod].
+    #[arg(value_name = "SCENE.toml | NAME")]
+    pub(crate) scene: Option<String>,
     /// Seed of a random scene: another number draws another one [default: 0].
     #[arg(long, value_parser = whole::<u64>, allow_hyphen_values = true)]
     pub(crate) seed: Option<u64>,
@@ -176,6 +176,10 @@ pub(crate) struct RunArgs {
     /// Write contacts.csv: what presses on what, where, and how hard, in every frame that is kept.
     #[arg(long)]
     pub(crate) contact_forces: bool,
+    /// Write envelope.csv: the least and the largest tension, bending moment, torsion and curvature of each segment over all
+    /// steps of the run, those between frames that are kept, too.
+    #[arg(long)]
+    pub(crate) envelope: bool,
     /// Write snapshot.safetensors at the end of the run, after Ctrl-C too: all that is needed to go on (see --from).
     #[arg(long)]
     pub(crate) snapshot: bool,
@@ -183,8 +187,8 @@ pub(crate) struct RunArgs {
     #[arg(long, value_delimiter = ',', value_name = "FORMATS")]
     pub(crate) export: Vec<Format>,
     /// Write the files to this folder: trajectory.safetensors, centreline.csv, snapshots.svg, summary.json, probes.csv if the
-    /// scene has probes, and what --view, --plot, --export, --contact-forces and --snapshot ask for. The run has the folder
-    /// to itself: what an earlier run wrote there is removed, other files stay [default where one of the five is given:
+    /// scene has probes, the scene itself, and what --view, --plot, --export, --contact-forces, --envelope and --snapshot ask for. The run has the folder
+    /// to itself: what an earlier run wrote there is removed, other files stay [default where one of the six is given:
     /// out/SCENE, or out/SCENE-2 where the run begins with the one in out/SCENE].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -211,8 +215,8 @@ impl Cli {
 impl RunArgs {
     /// Whether any file is asked for.
     pub(crate) fn writes(&self) -> bool {
-        let Self { view, plot, contact_forces, snapshot, .. } = *self;
-        self.out.is_some() || view || plot || contact_forces || snapshot || !self.export.is_empty()
+        let Self { view, plot, contact_forces, envelope, snapshot, .. } = *self;
+        self.out.is_some() || view || plot || contact_forces || envelope || snapshot || !self.export.is_empty()
     }
 
     /// The files that are asked for, of a run of this scene, with these rods in those that do not have all of them.
@@ -222,13 +226,14 @@ impl RunArgs {
         from: Option<&Path>,
         rods: Option<Vec<usize>>,
     ) -> Option<Wanted<'a>> {
-        let Self { view, plot, contact_forces, snapshot, .. } = *self;
+        let Self { view, plot, contact_forces, envelope, snapshot, .. } = *self;
         let directory = || self.out.clone().unwrap_or_else(|| default_folder(&scene.name, from));
         self.writes().then(|| Wanted {
             directory: directory(),
             view,
             plot,
             contact_forces,
+            envelope,
             snapshot,
             formats: &self.export,
             probes: &scene.probes,
@@ -257,8 +262,8 @@ pub(crate) struct ExportArgs {
     /// has kept them, as one with --export does.
     #[arg(long, value_delimiter = ',', value_name = "FORMATS", required = true)]
     pub(crate) export: Vec<Format>,
-    /// The scene of the run, which has what the folder does not hold: rods, joints, obstacles [default: the scene of that
-    /// name that comes with the program].
+    /// The scene of the run: rods, joints, obstacles [default: the one that the run has kept in its folder, else the scene of
+    /// that name that comes with the program].
     #[arg(long, value_name = "SCENE.toml | NAME")]
     pub(crate) scene: Option<String>,
     /// Seed of a random scene [default: 0].
@@ -281,9 +286,10 @@ pub(crate) struct ExportArgs {
 /// Which equilibrium is looked for.
 #[derive(Args, Debug)]
 pub(crate) struct RestArgs {
-    /// The name of a scene that comes with the program (see `simulate list`), or a file of your own that ends in .toml.
-    #[arg(default_value = "heavy-cantilever", value_name = "SCENE.toml | NAME")]
-    pub(crate) scene: String,
+    /// The name of a scene that comes with the program (see `simulate list`), or a file of your own that ends in .toml
+    /// [default: the scene of the run that --from names, else heavy-cantilever].
+    #[arg(value_name = "SCENE.toml | NAME")]
+    pub(crate) scene: Option<String>,
     /// Seed of a random scene [default: 0].
     #[arg(long)]
     pub(crate) seed: Option<u64>,

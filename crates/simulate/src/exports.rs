@@ -7,7 +7,8 @@ use terminal::say;
 
 use crate::Outcome;
 use crate::cli::ExportArgs;
-use crate::files::{OBSTACLES, TRAJECTORY, Wanted};
+use crate::files::{TRAJECTORY, Wanted, names};
+use crate::kept_scene::{SCENE, kept_scene};
 use crate::rods;
 use crate::scenes::{is_known, named};
 
@@ -21,22 +22,21 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Outcome> {
     let scene = scene(args, &trajectory)?;
     let rods = rods::numbers(&scene, &args.rods, &args.export)?;
     let part = Wanted { rods, ..Wanted::plain(&args.folder) }.part(&scene.model);
-    let has_obstacles = !scene.model.contacts.obstacles.is_empty();
-    let names = args.export.iter().flat_map(|format| format.outputs().iter().copied());
-    let names: Vec<&str> = names.filter(|name| has_obstacles || *name != OBSTACLES).collect();
+    let outputs: Vec<&str> = args.export.iter().flat_map(|format| format.outputs(&scene.model)).collect();
 
-    let folder = RunFolder::add(&args.folder, &names).context("FOLDER")?;
+    let folder = RunFolder::add(&args.folder, &outputs).context("FOLDER")?;
     let has_forces = trajectory.joints() > 0 || scene.model.joints.is_empty();
     trajectory.every(args.every.unwrap_or(1));
     if let Some(part) = &part {
         trajectory.only(&part.segments, &part.joints);
     }
     let model = part.as_ref().map_or(&scene.model, |part| &part.model);
+    let names = names(&scene, model);
     for &format in &args.export {
-        write_format(format, folder.path(), &mut trajectory, model).context("--export")?;
+        write_format(format, folder.path(), &mut trajectory, model, &names).context("--export")?;
     }
     if !args.quiet {
-        say!("wrote {} to {}", names.join(", "), args.folder.display())?;
+        say!("wrote {} to {}", outputs.join(", "), args.folder.display())?;
         if !has_forces {
             say!("without forces of joints: the run has kept none, as one with --export does")?;
         }
@@ -47,12 +47,16 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Outcome> {
 /// The scene of the run.
 fn scene(args: &ExportArgs, trajectory: &TrajectoryReader) -> Result<Scene> {
     let (folder, own) = (args.folder.display(), &trajectory.info().scene);
-    if args.scene.is_none() && !is_known(own) {
-        bail!(
-            "FOLDER: {folder} has a run of the scene `{own}`, which does not come with the program: say --scene FILE.toml"
-        );
-    }
-    let scene = named(args.scene.as_ref().unwrap_or(own), args.seed, args.index).context("--scene")?;
+    let kept =
+        if args.scene.is_none() && args.seed.or(args.index).is_none() { kept_scene(&args.folder)? } else { None };
+    let scene = match (kept, &args.scene) {
+        (Some(kept), _) => kept,
+        (None, None) if !is_known(own) => bail!(
+            "FOLDER: {folder} has a run of the scene `{own}`, which does not come with the program, without its {SCENE}: say \
+             --scene FILE.toml"
+        ),
+        (None, name) => named(name.as_ref().unwrap_or(own), args.seed, args.index).context("--scene")?,
+    };
     let (model, name) = (&scene.model, &scene.name);
     if model.has_timed_grips() {
         bail!(

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result, anyhow};
 use export::{
-    Format, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_centreline, write_format,
-    write_json, write_probes, write_snapshots,
+    Format, Names, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, csv_field,
+    write_centreline, write_format, write_json, write_probes, write_snapshots,
 };
 use rod::{Model, Part, Probe};
 use scene::Scene;
@@ -14,20 +14,20 @@ use solver::simulation::{ContactForce, Touched};
 use view::Recorder;
 
 use crate::going_on::{SNAPSHOT, hash_of_segments};
+use crate::kept_scene::KeptScene;
 use crate::plots;
 
 /// What every run with a folder writes.
 pub(crate) const TRAJECTORY: &str = "trajectory.safetensors";
 const CENTRELINE: &str = "centreline.csv";
 const SNAPSHOTS: &str = "snapshots.svg";
-/// Of scenes that have any.
-pub(crate) const OBSTACLES: &str = "obstacles.csv";
-const SUMMARY: &str = "summary.json";
+pub(crate) const SUMMARY: &str = "summary.json";
 const PROBES: &str = "probes.csv";
 /// Of equilibria along a course.
 pub(crate) const PATH: &str = "path.csv";
+pub(crate) const ENVELOPE: &str = "envelope.csv";
 const CONTACTS: &str = "contacts.csv";
-const CONTACT_COLUMNS: &str = "frame,time_s,segment,other,x_m,y_m,z_m,normal_x,normal_y,normal_z,\
+const CONTACT_COLUMNS: &str = "frame,time_s,segment,segment_name,other,other_name,x_m,y_m,z_m,normal_x,normal_y,normal_z,\
                                force_x_n,force_y_n,force_z_n,slip_x_m,slip_y_m,slip_z_m";
 /// A run as the player knows it, for `simulate view`, and the page that plays it.
 pub(crate) const RUN: &str = "view.json";
@@ -42,6 +42,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) plot: bool,
     /// Whether a table of contacts is wanted.
     pub(crate) contact_forces: bool,
+    /// Whether a table of the extremes of each segment is wanted.
+    pub(crate) envelope: bool,
     /// Whether a snapshot of the end is wanted.
     pub(crate) snapshot: bool,
     /// Files for other programs.
@@ -62,6 +64,7 @@ impl Wanted<'_> {
             view: false,
             plot: false,
             contact_forces: false,
+            envelope: false,
             snapshot: false,
             formats: &[],
             probes: &[],
@@ -89,14 +92,21 @@ impl Wanted<'_> {
     }
 
     /// All names, in the order in which they are written; folders of frames have a slash at the end.
-    fn names(&self) -> Vec<&'static str> {
+    fn names(&self, model: &Model) -> Vec<&'static str> {
         let of_plots = plots::FILES.into_iter().filter(|_| self.plot);
         let of_view = [RUN, PAGE].into_iter().filter(|_| self.view);
         let of_probes = [PROBES].into_iter().filter(|_| !self.probes.is_empty());
         let of_contacts = [CONTACTS].into_iter().filter(|_| self.contact_forces);
+        let of_envelope = [ENVELOPE].into_iter().filter(|_| self.envelope);
         let of_snapshot = [SNAPSHOT].into_iter().filter(|_| self.snapshot);
-        let of_formats = self.formats.iter().flat_map(|format| format.outputs().iter().copied());
-        let tables = [CENTRELINE].into_iter().chain(self.table).chain(of_probes).chain(of_contacts).chain(of_formats);
+        let of_formats = self.formats.iter().flat_map(|format| format.outputs(model));
+        let tables = [CENTRELINE]
+            .into_iter()
+            .chain(self.table)
+            .chain(of_probes)
+            .chain(of_contacts)
+            .chain(of_envelope)
+            .chain(of_formats);
         let beside = [SNAPSHOTS].into_iter().chain(of_snapshot).chain(of_plots).chain(of_view).chain(tables);
         [TRAJECTORY].into_iter().chain(beside).chain([SUMMARY]).collect()
     }
@@ -108,6 +118,9 @@ pub(crate) struct Files<'a> {
     folder: RunFolder,
     pub(crate) writer: TrajectoryWriter,
     contacts: Option<TableWriter>,
+    /// What all of the scene is called.
+    names: Names,
+    scene_file: KeptScene,
 }
 
 /// What a run wrote.
@@ -124,11 +137,12 @@ impl Written {
     }
 }
 
-/// A summary that says what is missing.
+/// A summary with what the scene's parts are called and what is missing.
 #[derive(Serialize)]
 struct Account<'a, S> {
     #[serde(flatten)]
     summary: &'a S,
+    names: &'a Names,
     #[serde(skip_serializing_if = "Option::is_none")]
     incomplete: Option<Incomplete>,
 }
@@ -144,6 +158,12 @@ struct Incomplete {
     frames_computed: usize,
     /// Names of what was not written.
     missing: Vec<String>,
+}
+
+/// What a scene's model, or a part of it, is called in files.
+pub(crate) fn names(scene: &Scene, model: &Model) -> Names {
+    let rods: Vec<String> = scene.rods.iter().map(|rod| rod.name.clone()).collect();
+    Names::new(model, &rods, &scene.obstacles)
 }
 
 /// Writes what the player knows of a run, and the page that plays it.
@@ -163,7 +183,10 @@ impl<'a> Files<'a> {
     /// # Errors
     /// If the folder is in use or cannot be written to, or something that no run wrote is in the way.
     pub(crate) fn open(wanted: Wanted<'a>, scene: &Scene, dt: f64, joints: usize, time: f64) -> Result<Self> {
-        let folder = RunFolder::take(&wanted.directory, &wanted.names())?;
+        let scene_file = KeptScene::of(scene)?;
+        let names_in_folder: Vec<&str> = wanted.names(&scene.model).into_iter().chain(scene_file.names()).collect();
+        let folder = RunFolder::take(&wanted.directory, &names_in_folder)?;
+        scene_file.write(folder.path())?;
         let segments_hash = Some(hash_of_segments(&scene.model));
         let info = TrajectoryInfo { scene: scene.name.clone(), dt, segments_hash };
         let mut writer = TrajectoryWriter::create(&wanted.directory, scene.state.len(), joints, info)?;
@@ -175,7 +198,7 @@ impl<'a> Files<'a> {
         writer.push_with_contacts(&scene.state, &none, &vec![rod::Wrench::default(); contacts], time)?;
         let contacts = || TableWriter::create(&wanted.directory.join(CONTACTS), CONTACT_COLUMNS);
         let contacts = wanted.contact_forces.then(contacts).transpose()?;
-        Ok(Self { wanted, folder, writer, contacts })
+        Ok(Self { wanted, folder, writer, contacts, names: names(scene, &scene.model), scene_file })
     }
 
     /// Adds what presses on what in the frame that was written last, at `time` [s].
@@ -187,10 +210,10 @@ impl<'a> Files<'a> {
         let Some(table) = &mut self.contacts else { return Ok(()) };
         table.add(|writer| {
             for ContactForce { segment, other, place, normal, force, slip } in forces {
-                write!(writer, "{frame},{time:?},{segment},")?;
+                write!(writer, "{frame},{time:?},{segment},{},", csv_field(&self.names.segment(*segment)))?;
                 match other {
-                    Touched::Segment(i) => write!(writer, "{i}")?,
-                    Touched::Obstacle(i) => write!(writer, "obstacle {i}")?,
+                    Touched::Segment(i) => write!(writer, "{i},{}", csv_field(&self.names.segment(*i)))?,
+                    Touched::Obstacle(i) => write!(writer, "obstacle {i},{}", csv_field(&self.names.obstacle(*i)))?,
                 }
                 for value in place.iter().chain(normal).chain(force).chain(slip) {
                     write!(writer, ",{value:?}")?;
@@ -224,9 +247,7 @@ impl<'a> Files<'a> {
             }
             Err(refused) => (self.writer.salvage().map_or(0, |(_, frames)| frames), Some(refused)),
         };
-        let has_obstacles = !scene.model.contacts.obstacles.is_empty();
-        let is_due = |name: &&str| has_obstacles || *name != OBSTACLES;
-        let names = self.wanted.names().into_iter().filter(is_due).map(str::to_owned);
+        let names = self.wanted.names(&scene.model).into_iter().chain(self.scene_file.names()).map(str::to_owned);
         let exists = |name: &String| name == SUMMARY || self.wanted.directory.join(name.trim_end_matches('/')).exists();
         let (written, missing): (Vec<String>, Vec<String>) = names.partition(exists);
         let incomplete = refused.as_ref().map(|why| Incomplete {
@@ -236,7 +257,7 @@ impl<'a> Files<'a> {
             missing: missing.clone(),
         });
         let directory = self.folder.path().to_owned();
-        write_json(&directory.join(SUMMARY), &Account { summary, incomplete })?;
+        write_json(&directory.join(SUMMARY), &Account { summary, names: &self.names, incomplete })?;
         self.folder.finish(&written)?;
         match refused {
             None => Ok(Written { directory, names: written }),
@@ -259,11 +280,12 @@ impl<'a> Files<'a> {
             reader.only(&part.segments, &part.joints);
         }
         let model = part.as_ref().map_or(&scene.model, |part| &part.model);
+        let names = names(scene, model);
         write_snapshots(&directory.join(SNAPSHOTS), &mut reader, model)?;
         more(directory)?;
-        write_centreline(&directory.join(CENTRELINE), &mut reader, &model.segments)?;
+        write_centreline(&directory.join(CENTRELINE), &mut reader, &model.segments, &names)?;
         for &format in self.wanted.formats {
-            write_format(format, directory, &mut reader, model)?;
+            write_format(format, directory, &mut reader, model, &names)?;
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use anyhow::{Error, Result};
 use chart::Conditions;
+use export::Envelope;
 use rod::{JointForce, Model, Part, State, Wrench};
 use scene::Scene;
 use serde::Serialize;
@@ -9,7 +10,7 @@ use solver::simulation::{ContactForce, Simulation, contact_wrenches};
 use solver::snapshot::Snapshot;
 use view::{Frame, Recorder};
 
-use crate::files::{Files, Wanted, Written, write_player};
+use crate::files::{ENVELOPE, Files, Wanted, Written, names, write_player};
 use crate::going_on::write_snapshot;
 use crate::plots;
 use crate::sample::{Sample, Sampler};
@@ -126,19 +127,23 @@ impl<'a> Keep<'a> {
         self.files.wanted.snapshot
     }
 
-    /// Writes all files, with a snapshot if there is one, or, where the disk has `refused` frames, what fits.
+    /// Writes all files, with a snapshot and a table of extremes if there are any, or, where the disk has `refused` frames, what fits.
     pub(crate) fn close(
         self,
         scene: &Scene,
         summary: &impl Serialize,
         conditions: &Conditions,
         snapshot: Option<&Snapshot>,
+        envelope: Option<&Envelope>,
         refused: Option<Error>,
     ) -> Result<Written> {
         let Self { files, player, plots, .. } = self;
         files.close(scene, summary, refused, |directory| {
             if let Some(snapshot) = snapshot {
                 write_snapshot(directory, scene, snapshot)?;
+            }
+            if let Some(envelope) = envelope {
+                envelope.write(&directory.join(ENVELOPE), &scene.model, &names(scene, &scene.model))?;
             }
             if let Some(samples) = &plots {
                 plots::write(directory, samples, conditions)?;

@@ -13,6 +13,7 @@ mod exports;
 mod files;
 mod going_on;
 mod keep;
+mod kept_scene;
 mod learned_start;
 mod list;
 mod measured;
@@ -29,6 +30,7 @@ mod solver_name;
 mod statics;
 mod summary;
 mod view;
+mod watch;
 
 use std::process::ExitCode;
 

@@ -27,6 +27,7 @@ use crate::reached::Reached;
 use crate::rods;
 use crate::scenes::{Begin, origin, overlapping, scene, settings, use_threads};
 use crate::summary::{Start, Summary};
+use crate::watch::Watch;
 use terminal::{Progress, say};
 
 /// Runs a scene, writes what was asked for, and prints the summary.
@@ -66,7 +67,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     };
     let mut simulation = simulation.map_err(|error| match error.downcast_ref() {
         Some(SimulationError::Overlap(overlap)) => {
-            let what = format!("{}: {}", scene_args.scene, overlapping(&scene, overlap));
+            let what =
+                format!("{}: {}", scene_args.scene.as_deref().unwrap_or(&scene.name), overlapping(&scene, overlap));
             error.context(what)
         }
         _ => error,
@@ -104,7 +106,9 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     }
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&model, &state, scene.run.steps);
-    let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, &mut keep, progress)?;
+    let probes = if args.writes() || scene_args.json { scene.probes.as_slice() } else { &[] };
+    let mut watch = Watch::new(&model, &state, time, probes, args.envelope);
+    let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, (&mut keep, &mut watch), progress)?;
     if args.end_to_end.is_some() {
         // Predictions in the place of solves leave errors, of whatever size.
         reached.apart = None;
@@ -131,13 +135,15 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         &state,
         &measured,
         &reached,
-    );
+    )
+    .with_probes(watch.as_ref().and_then(|watch| watch.probes().cloned()));
     let conditions = Conditions::new("run", label)
         .with("machine", export::machine())
         .with("time step", format!("{:?} s", scene.run.dt));
     let refused = reached.refused.take();
+    let envelope = watch.as_ref().and_then(|watch| watch.envelope.as_ref());
     let written = keep
-        .map(|keep| keep.close(&told, &summary, &conditions, snapshot.as_ref(), refused))
+        .map(|keep| keep.close(&told, &summary, &conditions, snapshot.as_ref(), envelope, refused))
         .transpose()
         .context("--out");
     if scene_args.json {
@@ -221,7 +227,7 @@ fn go(
     simulation: &mut Simulation,
     state: &mut State,
     measured: &mut Measured,
-    keep: &mut Option<Keep<'_>>,
+    (keep, watch): (&mut Option<Keep<'_>>, &mut Option<Watch<'_>>),
     progress: Progress,
 ) -> Result<Reached> {
     let (mut status, mut steps, mut wall, mut refused) = (Status::Converged, 0, Duration::ZERO, None);
@@ -245,16 +251,21 @@ fn go(
         let measure = last || measured.wants(steps);
         let keeps = keep.as_ref().is_some_and(|keep| keep.wants(steps, last));
         let before = !last && measured.wants_before(steps);
-        if !measure && !keeps && !before {
+        if !measure && !keeps && !before && watch.is_none() {
             continue;
         }
         simulation.store(&mut next);
-        if !measure && !keeps {
-            measured.braking.note(&next);
-            continue;
-        }
         if model.varies() {
             simulation.store_model(model.to_mut());
+        }
+        if let Some(watch) = watch.as_mut().filter(|_| is_finite(&next)) {
+            watch.observe(&model, &next, simulation);
+        }
+        if !measure && !keeps {
+            if before {
+                measured.braking.note(&next);
+            }
+            continue;
         }
         if !is_finite(&next) || (measure && !measured.observe(&model, &next)) {
             status = Status::NonFinite;

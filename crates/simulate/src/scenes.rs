@@ -14,6 +14,10 @@ use solver::statics::{StaticParams, equilibrium};
 use crate::cli::{BeginArgs, Cli, SceneArgs};
 use crate::files::TRAJECTORY;
 use crate::going_on::{hash_of_segments, read_snapshot};
+use crate::kept_scene::chosen;
+
+/// The scene that runs where none is named.
+const FIRST: &str = "bending-rod";
 
 /// Where a run begins.
 pub(crate) enum Begin {
@@ -29,7 +33,7 @@ pub(crate) enum Begin {
 
 /// The scene that the arguments name, with their beginning, time step and number of steps put in.
 pub(crate) fn scene(args: &SceneArgs) -> Result<(Scene, Begin)> {
-    let mut scene = named(&args.scene, args.seed, args.index)?;
+    let mut scene = chosen(args.scene.as_deref(), &args.begin, FIRST, [args.seed, args.index])?;
     scene.run.dt = args.dt.unwrap_or(scene.run.dt);
     scene.run.steps = args.steps.unwrap_or(scene.run.steps);
     if let Some((what, Origin { folder, frame: None })) = origin(&scene, &args.begin)

@@ -13,10 +13,14 @@ use solver::statics::{StaticParams, equilibrium};
 use crate::Outcome;
 use crate::cli::{RestArgs, StaticArgs};
 use crate::files::{Files, Wanted, Written};
+use crate::kept_scene::chosen;
 use crate::learned_start::{self, Begin};
 use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::{along, branches, scenes};
 use terminal::say;
+
+/// The scene that is looked at where none is named.
+const FIRST: &str = "heavy-cantilever";
 
 /// What every report of something at rest has.
 #[derive(Serialize)]
@@ -84,7 +88,7 @@ struct Press {
 
 /// The scene whose equilibrium is looked for, with the state in which the search begins.
 pub(crate) fn begun(args: &RestArgs) -> Result<Scene> {
-    let mut scene = scenes::named(&args.scene, args.seed, args.index)?;
+    let mut scene = chosen(args.scene.as_deref(), &args.begin, FIRST, [args.seed, args.index])?;
     scenes::begin_with_frame(&mut scene, &args.begin)?;
     Ok(scene)
 }

@@ -20,6 +20,7 @@ use crate::measured::Measured;
 use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::reached::Reached;
 use crate::sharp::SharpJoint;
+use crate::watch::OfProbes;
 use terminal::say;
 
 /// Wall time per stage [s], summed over threads.
@@ -126,6 +127,9 @@ pub(crate) struct Summary {
     braked: Option<Braked>,
     /// A joint that turned too far for its stiffness to be right.
     sharp_joint: Option<SharpJoint>,
+    /// What the probes have read, over all steps; missing in scenes without any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    probes: Option<OfProbes>,
     /// BLAKE3 of the final positions, orientations, velocities and angular velocities, as little-endian f64.
     final_state_hash: String,
 }
@@ -206,8 +210,14 @@ impl Summary {
                 .flatten(),
             too_coarse,
             sharp_joint: SharpJoint::of(scene, &measured.sharpest),
+            probes: None,
             final_state_hash: hash(state),
         }
+    }
+
+    /// The same with what the probes have read.
+    pub(crate) fn with_probes(self, probes: Option<OfProbes>) -> Self {
+        Self { probes, ..self }
     }
 
     /// Prints it for a person: with what was `written`, and with the time of each stage if that is asked for.

@@ -32,7 +32,7 @@ pub(super) struct Chain {
 /// A joint stands at the node between its two segments if it joins the end of one to the start of the other in the same
 /// rod. Any other joint, to another rod or an anchor, stands at an end of its body b (a branch's first node), or else at
 /// an end of its body a, if it holds one of them at its end, and if no joint stands there yet.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Centrelines {
     /// Nodes, chain after chain.
     pub(super) nodes: Vec<Node>,

@@ -1,4 +1,4 @@
-//! Binary glTF 2.0: tubes that skins bend, one glTF joint a segment, meshes of rigid bodies and obstacles, and the animation
+//! Binary glTF 2.0: a tube a rod that a skin bends, one glTF joint a segment, meshes of rigid bodies and obstacles, and the animation
 //! of all.
 //!
 //! The specification is Khronos' "glTF 2.0 Specification"; section numbers are its.
@@ -14,7 +14,7 @@ use super::Frame;
 use super::centrelines::Centrelines;
 use super::solids::Solid;
 use crate::file::stage;
-use crate::{ExportError, Format, TrajectoryReader};
+use crate::{ExportError, Format, Names, TrajectoryReader};
 
 mod document;
 mod tube;
@@ -40,6 +40,7 @@ pub(super) fn write(
     directory: &Path,
     trajectory: &mut TrajectoryReader,
     model: &Model,
+    names: &Names,
 ) -> Result<Vec<PathBuf>, ExportError> {
     let (frames, segments) = (trajectory.frames(), model.segments.len());
     check(frames, segments).map_err(refused)?;
@@ -49,7 +50,7 @@ pub(super) fn write(
     let mut first = Frame::default();
     first.read(trajectory, 0)?;
     let tubes = Tube::all(model, &Centrelines::new(model), &first.state, MAX_JOINTS);
-    let document = Document::new(&trajectory.info().scene, model, &tubes, &solids, &first, &keys);
+    let document = Document::new(&trajectory.info().scene, model, names, &tubes, &solids, &first, &keys);
     let mut json = serde_json::to_vec(&document).map_err(|error| refused(error.to_string()))?;
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary = document.bytes();

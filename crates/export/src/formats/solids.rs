@@ -1,10 +1,12 @@
 //! Rigid bodies and obstacles as surfaces, which other programs draw.
 
+use std::borrow::Cow;
+
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{BodyShape, Mesh, Model, MovingPose, Obstacle, ObstacleShape, Pose, State};
 
 use super::Frame;
-use crate::{ExportError, TrajectoryReader};
+use crate::{ExportError, Names, TrajectoryReader};
 
 /// What something drawn is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,17 +68,22 @@ impl Solid {
         Ok(solids)
     }
 
-    /// What files call it: "body_" with the number of its rod, or "obstacle_" with that of the obstacle.
-    pub(super) fn name(&self, model: &Model) -> String {
+    /// What files call it: as the rigid body or the obstacle that it is of.
+    pub(super) fn name<'a>(&self, model: &Model, names: &'a Names) -> Cow<'a, str> {
         match self.of {
-            Owner::Segment(i) => format!("body_{}", model.segments[i].rod),
-            Owner::Obstacle(k) => format!("obstacle_{k}"),
+            Owner::Segment(i) => names.rod(model.segments[i].rod),
+            Owner::Obstacle(k) => names.obstacle(k),
         }
     }
 
     /// The obstacle that it is of, if that moves.
     pub(super) fn moving<'a>(&self, model: &'a Model) -> Option<&'a Obstacle> {
         self.of.obstacle().map(|k| &model.contacts.obstacles[k]).filter(|obstacle| obstacle.motion.is_some())
+    }
+
+    /// Whether it is an obstacle that never moves.
+    pub(super) fn is_still(&self, model: &Model) -> bool {
+        self.of.obstacle().is_some_and(|k| model.contacts.obstacles[k].motion.is_none())
     }
 
     /// Places of the vertices in the world [m], when `of` is at `pose`.

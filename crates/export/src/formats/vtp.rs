@@ -2,6 +2,7 @@
 //! with their times.
 
 use std::borrow::Cow;
+use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::iter;
 use std::path::{Path, PathBuf};
@@ -11,56 +12,77 @@ use rod::{JointForce, Model, MovingPose, Segment, curvature};
 
 use super::Frame;
 use super::centrelines::{Centrelines, Node};
+use super::csv::wxyz;
 use super::solids::{Owner, Solid};
 use crate::file::stage;
 use crate::folder::Folder;
-use crate::{ExportError, TrajectoryReader};
+use crate::{ExportError, Names, TrajectoryReader};
 
 mod xml;
 
 use xml::{Array, Piece};
 
 const FOLDER: &str = "vtp";
+/// Obstacles that never move, which are written once.
+pub(super) const STILL: &str = "obstacles.vtp";
 /// What [`Array::integers`] writes as -1.
 const NONE: usize = usize::MAX;
 
 /// Writes `vtp/frame_0000.vtp` and so on and `run.pvd`: points are the nodes of the rods, cells are lines, one a segment
-/// in the order of the model. The triangles of rigid bodies and obstacles and the points of these follow; those of bodies
-/// have the data of their segments. All numbers of lines are the trajectory's, bit for bit.
+/// in the order of the model. The triangles of rigid bodies and of obstacles that move and the points of these follow; those
+/// of bodies have the data of their segments. All numbers of lines are the trajectory's, bit for bit. Obstacles that never
+/// move are in `obstacles.vtp`, which `run.pvd` lists beside each frame.
 pub(super) fn write(
     directory: &Path,
     trajectory: &mut TrajectoryReader,
     model: &Model,
+    names: &Names,
 ) -> Result<Vec<PathBuf>, ExportError> {
-    let (lines, solids) = (Centrelines::new(model), Solid::all(model, trajectory)?);
+    let lines = Centrelines::new(model);
+    let all = Solid::all(model, trajectory)?;
+    let (still, solids): (Vec<Solid>, Vec<Solid>) = all.into_iter().partition(|solid| solid.is_still(model));
     let times = trajectory.times()?;
     let folder = Folder::stage(&directory.join(FOLDER), times.len(), "vtp")?;
     let collection = stage(&directory.join("run.pvd"), |writer| {
+        let beside = (!still.is_empty()).then_some(STILL);
         let names = (0..times.len()).map(|index| format!("{FOLDER}/{}", folder.name(index)));
-        write_collection(writer, times.iter().zip(names))
+        write_collection(writer, times.iter().zip(names), beside)
     })?;
     let (mut frame, mut model) = (Frame::default(), Cow::Borrowed(model));
+    let mut obstacles = None;
     for index in 0..times.len() {
         frame.read(trajectory, index)?;
         frame.set_time(&mut model);
-        folder.write(index, |writer| piece(&frame, &model, &lines, &solids).write(writer))?;
+        if index == 0 && !still.is_empty() {
+            let none = Centrelines::default();
+            let write = |writer: &mut BufWriter<&File>| piece(&frame, &model, names, &none, &still).write(writer);
+            obstacles = Some(stage(&directory.join(STILL), write)?);
+        }
+        folder.write(index, |writer| piece(&frame, &model, names, &lines, &solids).write(writer))?;
     }
-    Ok(vec![folder.publish()?, collection.publish()?])
+    let mut made = vec![folder.publish()?, collection.publish()?];
+    if let Some(obstacles) = obstacles {
+        made.push(obstacles.publish()?);
+    }
+    Ok(made)
 }
 
-/// Writes the list of files with their times [s].
+/// Writes the list of files with their times [s]; with the file `beside`, if there is one, at each time.
 fn write_collection<'a>(
-    writer: &mut BufWriter<&std::fs::File>,
+    writer: &mut BufWriter<&File>,
     files: impl Iterator<Item = (&'a f64, String)>,
+    beside: Option<&str>,
 ) -> std::io::Result<()> {
     writeln!(writer, "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>")?;
     for (time, name) in files {
-        writeln!(writer, "<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{name}\"/>")?;
+        for (part, file) in [name.as_str()].into_iter().chain(beside).enumerate() {
+            writeln!(writer, "<DataSet timestep=\"{time:?}\" part=\"{part}\" file=\"{file}\"/>")?;
+        }
     }
     writeln!(writer, "</Collection>\n</VTKFile>")
 }
 
-fn piece(frame: &Frame, model: &Model, lines: &Centrelines, solids: &[Solid]) -> Piece {
+fn piece(frame: &Frame, model: &Model, names: &Names, lines: &Centrelines, solids: &[Solid]) -> Piece {
     let nodes = lines.nodes.iter().map(|node| node.position(model, &frame.state));
     let corners = solids.iter().flat_map(|solid| solid.places(solid.of.at(model, frame).pose));
     let mut points = lines.nodes.len();
@@ -69,16 +91,22 @@ fn piece(frame: &Frame, model: &Model, lines: &Centrelines, solids: &[Solid]) ->
         triangles.extend(mesh.triangles.as_flattened().iter().map(|&corner| points + corner as usize));
         points += mesh.positions.len();
     }
+    let segments = lines.ends.len();
+    let mut texts = vec![("RodName", names.by_number())];
+    if !model.contacts.obstacles.is_empty() {
+        texts.push(("ObstacleName", names.obstacles()));
+    }
     Piece {
+        texts: texts.into_iter().map(|(name, list)| (name, list.into_iter().map(str::to_owned).collect())).collect(),
         points: Array::floats("Points", 3, nodes.chain(corners).flat_map(vector)),
         connectivity: Array::integers("connectivity", lines.ends.iter().flatten().copied()),
-        offsets: Array::integers("offsets", (1..=model.segments.len()).map(|cell| 2 * cell)),
+        offsets: Array::integers("offsets", (1..=segments).map(|cell| 2 * cell)),
         triangles: (!triangles.is_empty()).then(|| {
             let offsets = Array::integers("offsets", (1..=triangles.len() / 3).map(|cell| 3 * cell));
             [Array::integers("connectivity", triangles.iter().copied()), offsets]
         }),
         point_data: point_data(frame, model, &lines.nodes, points),
-        cell_data: cell_data(frame, model, solids),
+        cell_data: cell_data(frame, model, segments, solids),
     }
 }
 
@@ -107,8 +135,8 @@ fn point_data(frame: &Frame, model: &Model, nodes: &[Node], points: usize) -> Ve
 }
 
 /// Data of the lines, one a segment, and of the triangles.
-fn cell_data(frame: &Frame, model: &Model, solids: &[Solid]) -> Vec<Array> {
-    let lines = (0..model.segments.len()).map(|i| (Owner::Segment(i), 1));
+fn cell_data(frame: &Frame, model: &Model, segments: usize, solids: &[Solid]) -> Vec<Array> {
+    let lines = (0..segments).map(|i| (Owner::Segment(i), 1));
     let triangles = solids.iter().map(|solid| (solid.of, solid.mesh.triangles.len()));
     let cells: Vec<(Owner, MovingPose)> = lines
         .chain(triangles)
@@ -124,10 +152,10 @@ fn cell_data(frame: &Frame, model: &Model, solids: &[Solid]) -> Vec<Array> {
     let numbers = |name, of: &dyn Fn(&Owner) -> Option<usize>| {
         Array::integers(name, cells.iter().map(|(owner, _)| of(owner).unwrap_or(NONE)))
     };
-    let orientations = cells.iter().flat_map(|(_, moving)| <[f64; 4]>::from(moving.pose.orientation.coords));
+    let orientations = cells.iter().flat_map(|(_, moving)| wxyz(&moving.pose.orientation));
     let mut arrays = vec![
         vectors("Position", &|moving| moving.pose.position),
-        Array::floats("Orientation", 4, orientations),
+        Array::floats("Orientation", 4, orientations).with_components(&["qw", "qx", "qy", "qz"]),
         director("Director1", Vector3::x()),
         director("Director2", Vector3::y()),
         director("Director3", Vector3::z()),

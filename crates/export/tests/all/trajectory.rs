@@ -3,9 +3,11 @@
 use std::fs;
 use std::path::Path;
 
-use export::{ExportError, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, read_trajectory, write_centreline};
+use export::{
+    ExportError, Names, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, read_trajectory, write_centreline,
+};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{JointForce, Segment, State};
+use rod::{JointForce, Model, Segment, State};
 use safetensors::{Dtype, SafeTensors};
 
 fn info() -> TrajectoryInfo {
@@ -295,16 +297,18 @@ fn the_centreline_is_a_table() {
         rod,
         body: None,
     });
+    let model = Model { segments: segments.to_vec(), ..Model::default() };
+    let called = Names::new(&model, &["first".to_owned(), "a, b".to_owned()], &[]);
     let path = directory.path().join("centreline.csv");
-    write_centreline(&path, &mut reader, &segments).unwrap();
+    write_centreline(&path, &mut reader, &segments, &called).unwrap();
     let table = fs::read_to_string(&path).unwrap();
     let lines: Vec<_> = table.lines().collect();
     assert_eq!(lines.len(), 1 + 2 * 3);
-    assert_eq!(lines[0], "frame,time_s,rod,segment,x_m,y_m,z_m");
+    assert_eq!(lines[0], "frame,time_s,rod,rod_name,segment,segment_of_rod,x_m,y_m,z_m");
     let x = state(3, 1).positions[2];
-    assert_eq!(lines[6], format!("1,0.3,1,2,{:?},{:?},{:?}", x.x, x.y, x.z));
+    assert_eq!(lines[6], format!("1,0.3,1,\"a, b\",2,0,{:?},{:?},{:?}", x.x, x.y, x.z));
     assert!(matches!(
-        write_centreline(&path, &mut reader, &segments[..2]),
+        write_centreline(&path, &mut reader, &segments[..2], &called),
         Err(ExportError::Segments { found: 2, expected: 3 })
     ));
     let mut state = State::default();

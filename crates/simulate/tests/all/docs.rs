@@ -40,7 +40,8 @@ fn read(folder: &Path, name: &str) -> String {
 fn every_file_and_every_column_is_documented() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path();
-    let flags = ["--view", "--plot", "--export", "csv,vtp,glb,obj", "--contact-forces", "--snapshot", "--quiet"];
+    let flags =
+        ["--view", "--plot", "--export", "csv,vtp,glb,obj", "--contact-forces", "--envelope", "--snapshot", "--quiet"];
     let flags = [&flags[..], &["--out", out.to_str().expect("UTF-8")]].concat();
     let output = run(&[&["helix-on-plane", "--steps", "2"][..], &flags].concat());
     assert_eq!(texts(&output), (Some(0), "", ""));
@@ -75,6 +76,7 @@ fn every_file_and_every_column_is_documented() {
         assert!(table.contains(&format!("`{column}`")), "{column}");
     }
     assert_named("`contacts.csv`", header("contacts.csv").split(','));
+    assert_named("`envelope.csv`", header("envelope.csv").split(','));
     let snapshot = fs::read(out.join("snapshot.safetensors")).expect("a snapshot");
     let (_, metadata) = SafeTensors::read_metadata(&snapshot).expect("a safetensors file");
     for name in metadata.metadata().as_ref().expect("texts").keys() {
@@ -83,6 +85,10 @@ fn every_file_and_every_column_is_documented() {
 
     let frame = read(out, "vtp/frame_0000.vtp");
     let frame = Document::parse(&frame).expect("XML");
+    let lists = frame.descendants().filter(|node| node.has_tag_name("FieldData")).flat_map(|node| node.children());
+    for name in lists.filter_map(|array| array.attribute("Name")) {
+        assert!(section("`vtp/`").contains(&format!("`{name}`")), "{name}");
+    }
     let data = frame.descendants().filter(|node| node.has_tag_name("PointData") || node.has_tag_name("CellData"));
     let arrays = data.flat_map(|node| node.children()).filter_map(|array| array.attribute("Name"));
     assert_named("`vtp/`", arrays.collect::<Vec<_>>());
@@ -97,7 +103,17 @@ fn every_file_and_every_column_is_documented() {
     fs::write(&cable, CABLE_BETWEEN_GRIPS).expect("a folder");
     let equilibria = ["heavy-cantilever", "suture", "tree-10", cable.to_str().expect("UTF-8")];
     let equilibria = equilibria.map(|scene| json(&["static", scene]));
-    assert_named("`summary.json`", keys(&summary).into_iter().chain(equilibria.iter().flat_map(keys)));
+    let probe = "[[probes]]\nrod = \"cable\"\nat = \"end-face\"\nquantities = [\"tension\"]\n";
+    fs::write(&cable, [CABLE_BETWEEN_GRIPS, probe].concat()).expect("a folder");
+    let probed = json(&[cable.to_str().expect("UTF-8"), "--steps", "1"]);
+    for key in keys(&probed["probes"]["probe-0"]["tension_n"]) {
+        assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");
+    }
+    let others = equilibria.iter().chain([&probed]);
+    assert_named("`summary.json`", keys(&summary).into_iter().chain(others.flat_map(keys)));
+    for key in keys(&summary["names"]) {
+        assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");
+    }
     for key in keys(&summary["worst_residuals"]) {
         assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");
     }

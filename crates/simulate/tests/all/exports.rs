@@ -52,7 +52,7 @@ fn files_from_the_disk_are_those_of_the_run() {
     }
     // They are the run's now: the next one removes them.
     runs(&["helix", "--steps", "1", "--out", at_later]);
-    assert_eq!(contents(&later).keys().collect::<Vec<_>>(), ["run.json"]);
+    assert_eq!(contents(&later).keys().collect::<Vec<_>>(), ["run-scene.toml", "run.json"]);
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn forces_that_were_not_kept_are_left_out() {
     );
     assert_eq!(texts(&output), (Some(0), said.as_str(), ""));
     let joints = fs::read_to_string(out.join("joints.csv")).expect("a table");
-    assert!(joints.starts_with("frame,time_s,joint,a,b,curvature_per_m\n"), "{joints}");
+    assert!(joints.starts_with("frame,time_s,joint,a,a_name,b,b_name,curvature_per_m\n"), "{joints}");
 }
 
 #[test]
@@ -81,9 +81,13 @@ fn mistakes_are_named() {
     runs(&[file, "--steps", "1", "--out", own]);
     runs(&["two-arms", "--steps", "1", "--out", arms]);
     fs::write(Path::new(own).join("run.glb"), "mine").expect("a file");
+    fs::remove_file(Path::new(own).join("run-scene.toml")).expect("the scene of the run");
     for (arguments, expected) in [
         (vec![folder.path().to_str().expect("UTF-8")], "has no trajectory.safetensors, which a run with --out writes"),
-        (vec![own], "a run of the scene `cord`, which does not come with the program: say --scene FILE.toml"),
+        (
+            vec![own],
+            "a run of the scene `cord`, which does not come with the program, without its run-scene.toml: say --scene FILE.toml",
+        ),
         (vec![own, "--scene", "helix"], "--scene: the scene helix has 60 segments, but the run in "),
         (vec![own, "--scene", "helicks"], "--scene: there is no scene `helicks`; did you mean `helix`?"),
         (vec![own, "--scene", file, "--rods", "rope"], "--rods: the scene cord has no rod or body `rope`"),

@@ -31,7 +31,7 @@ fn check(folder: &Path, dt: f64) -> Value {
     names.sort();
     assert_eq!(
         names,
-        ["centreline.csv", "run.json", "snapshots.svg", "summary.json", "trajectory.safetensors"],
+        ["centreline.csv", "run-scene.toml", "run.json", "snapshots.svg", "summary.json", "trajectory.safetensors"],
         "and no temporary files"
     );
 
@@ -65,10 +65,10 @@ fn check(folder: &Path, dt: f64) -> Value {
 
     let table = fs::read_to_string(folder.join("centreline.csv")).expect("a table");
     let mut rows = table.lines();
-    assert_eq!(rows.next(), Some("frame,time_s,rod,segment,x_m,y_m,z_m"));
+    assert_eq!(rows.next(), Some("frame,time_s,rod,rod_name,segment,segment_of_rod,x_m,y_m,z_m"));
     assert!(table.ends_with('\n') && table.lines().count() == 1 + frames * SEGMENTS);
     for (row, position) in rows.zip(positions.chunks_exact(3)) {
-        let cells: Vec<f64> = row.split(',').skip(4).map(|cell| cell.parse().expect("a number")).collect();
+        let cells: Vec<f64> = row.split(',').skip(6).map(|cell| cell.parse().expect("a number")).collect();
         assert_eq!(cells, position);
     }
     summary
@@ -81,6 +81,8 @@ fn files_agree_with_each_other_and_with_the_printed_summary() {
     let printed = json(&["helix", "--steps", "30", "--out", out.to_str().expect("UTF-8")]);
     let mut summary = check(&out, 0.02);
     assert_eq!(summary["steps"], 30);
+    let named = summary.as_object_mut().and_then(|summary| summary.remove("names")).expect("names in the file alone");
+    assert_eq!(named["rods"]["0"]["name"], "helix");
     assert_eq!(summary, printed);
     // A second run takes the first one's place.
     json(&["helix", "--steps", "7", "--out", out.to_str().expect("UTF-8")]);
@@ -165,7 +167,8 @@ fn an_interrupted_run_keeps_its_results() {
     let output = child.wait_with_output().expect("it ends");
     let (code, printed, err) = texts(&output);
     assert_eq!((code, err), (Some(130), ""));
-    let summary = check(Path::new(out), 0.02);
+    let mut summary = check(Path::new(out), 0.02);
+    summary.as_object_mut().expect("an object").remove("names");
     assert_eq!(serde_json::from_str::<Value>(printed).expect("one JSON object"), summary);
     assert_eq!((&summary["interrupted"], &summary["status"]), (&true.into(), &"converged".into()));
     assert_eq!(summary["steps_asked"], 1_000_000_000);

@@ -26,7 +26,8 @@ fn runs(arguments: &[&str]) {
     assert_eq!(texts(&run(&[arguments, &["--quiet"]].concat())), (Some(0), "", ""), "{arguments:?}");
 }
 
-const ALWAYS: [&str; 5] = ["centreline.csv", "run.json", "snapshots.svg", "summary.json", "trajectory.safetensors"];
+const ALWAYS: [&str; 6] =
+    ["centreline.csv", "run-scene.toml", "run.json", "snapshots.svg", "summary.json", "trajectory.safetensors"];
 
 /// The names that every run writes, and these.
 fn with(more: &[&str]) -> Vec<String> {

@@ -285,23 +285,23 @@ fn named_rods_alone_are_drawn_and_tabulated() {
     for name in ["centreline.csv", "segments.csv"] {
         let ((header, all), (same, rows)) = (table(&whole, name), table(&some, name));
         let kept = all.into_iter().filter(|row| ["1", "3"].contains(&row[2].as_str())).map(|mut row| {
-            let segment: usize = row[3].parse().expect("a number");
-            row[3] = if segment == 1 { 0 } else { segment - 5 }.to_string();
+            let segment: usize = row[4].parse().expect("a number");
+            row[4] = if segment == 1 { 0 } else { segment - 5 }.to_string();
             row
         });
         assert_eq!((header, kept.collect::<Vec<_>>()), (same, rows), "{name}");
     }
     // The rope's joints: 4 between its segments, and that to its anchor. What they transmit is what they transmit.
     let [(_, all), (_, rows)] = [&whole, &some].map(|folder| table(folder, "joints.csv"));
-    let rope: Vec<_> = all.iter().filter(|row| row[4].parse().is_ok_and(|b: usize| b >= 6)).collect();
+    let rope: Vec<_> = all.iter().filter(|row| row[5].parse().is_ok_and(|b: usize| b >= 6)).collect();
     assert_eq!(rows.len(), 7 * 5);
     assert_eq!(
-        rope.iter().map(|row| &row[5..]).collect::<Vec<_>>(),
-        rows.iter().map(|row| &row[5..]).collect::<Vec<_>>()
+        rope.iter().map(|row| &row[6..]).collect::<Vec<_>>(),
+        rows.iter().map(|row| &row[6..]).collect::<Vec<_>>()
     );
     let obj = fs::read_to_string(Path::new(&some).join("obj").join("frame_0000.obj")).expect("a file");
     let objects: Vec<_> = obj.lines().filter_map(|line| line.strip_prefix("o ")).collect();
-    assert_eq!(objects, ["rod_3", "body_1", "obstacle_0"]);
+    assert_eq!(objects, ["rope", "ball", "obstacle-0"]);
 
     let error = refused(&[&scene, "--out", &some, "--rods", "rop"]);
     assert_eq!(

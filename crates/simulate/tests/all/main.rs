@@ -10,6 +10,7 @@ mod from;
 #[cfg(feature = "gn")]
 mod gn;
 mod going_on;
+mod kept;
 mod learned;
 mod learned_start;
 mod mistakes;

@@ -128,7 +128,8 @@ fn every_shipped_scene_can_be_taken_along() {
 
         let index = fs::read_to_string(out.join("run.pvd")).expect("an index");
         let index = Document::parse(&index).expect("XML");
-        let files: Vec<&str> = index.descendants().filter_map(|node| node.attribute("file")).collect();
+        let (still, files): (Vec<&str>, Vec<&str>) =
+            index.descendants().filter_map(|node| node.attribute("file")).partition(|file| *file == "obstacles.vtp");
         assert_eq!(files.len(), frames, "{scene}");
         for file in files {
             Vtk::import(out.join(file)).unwrap_or_else(|error| panic!("{scene}, {file}: {error}"));
@@ -143,6 +144,11 @@ fn every_shipped_scene_can_be_taken_along() {
         assert_eq!(bones.len(), segments - bodies, "{scene}");
         let channels = glb.animations().next().expect("an animation").channels().count();
         assert_eq!(channels, 2 * (segments + moving), "{scene}");
+        let obstacles = model.contacts.obstacles.len();
+        assert_eq!(still.len(), if obstacles > moving { frames } else { 0 }, "{scene}");
+        if obstacles > moving {
+            Vtk::import(out.join("obstacles.vtp")).unwrap_or_else(|error| panic!("{scene}: {error}"));
+        }
 
         let rows = |file: &str| csv::Reader::from_path(out.join(file)).expect(file).into_records().count();
         assert_eq!(rows("segments.csv"), frames * segments, "{scene}");

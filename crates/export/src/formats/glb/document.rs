@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::super::Frame;
 use super::super::solids::{Owner, Solid};
 use super::tube::Tube;
+use crate::Names;
 
 /// Component types and targets of buffers (sections 5.1.3 and 5.11.5).
 const U16: u16 = 5123;
@@ -15,12 +16,12 @@ const U32: u16 = 5125;
 const F32: u16 = 5126;
 const VERTICES: Option<u16> = Some(34962);
 const INDICES: Option<u16> = Some(34963);
-/// The root comes first, then the tubes, then the segments, then the obstacles.
+/// The root comes first, then the tubes, then the nodes of rods, then the segments, then the obstacles.
 const ROOT: usize = 0;
 const FIRST_TUBE: usize = 1;
-/// Materials of rods and rigid bodies, and of obstacles.
-const ROD: usize = 0;
-const OBSTACLE: usize = 1;
+/// Colours of rods and rigid bodies, and of obstacles.
+const ROD: [f64; 4] = [0.8, 0.45, 0.25, 1.0];
+const OBSTACLE: [f64; 4] = [0.55, 0.56, 0.58, 1.0];
 /// The quarter turn about x that takes z up to y up.
 const Z_UP_TO_Y_UP: [f32; 4] = [-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2];
 
@@ -34,6 +35,7 @@ pub(super) struct Document {
     nodes: Vec<Node>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     meshes: Vec<Value>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<Value>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     skins: Vec<Value>,
@@ -114,70 +116,99 @@ struct Accessor {
 }
 
 impl Document {
-    /// The document of a scene: its tubes and solids, its first frame and the times of all frames [s]. The binary part
+    /// The document of a scene: its names, its tubes and solids, its first frame and the times of all frames [s]. The binary part
     /// holds, in this order, the arrays of each tube as [`Tube::write`] has them, the inverse bind matrices of each, the
     /// times, for each segment its translations and its rotations, and for each solid the indices, places and normals of
     /// its mesh, and of an obstacle that moves its translations and its rotations.
     pub(super) fn new(
         scene: &str,
         model: &Model,
+        names: &Names,
         tubes: &[Tube],
         solids: &[Solid],
         first: &Frame,
         times: &[f32],
     ) -> Self {
         let segments = first.state.positions.len();
-        let first_segment = FIRST_TUBE + tubes.len();
-        let roots: Vec<usize> = (ROOT..first_segment).collect();
+        let mut rods: Vec<usize> = tubes.iter().map(|tube| tube.rod).collect();
+        rods.dedup();
+        let first_rod = FIRST_TUBE + tubes.len();
+        let first_segment = first_rod + rods.len();
+        // A tube is no child of the root: a skin's joints alone say where its vertices are (section 3.7.3.3).
+        let roots: Vec<usize> = (ROOT..first_rod).collect();
         let mut document = Self {
             asset: json!({ "version": "2.0", "generator": env!("CARGO_PKG_NAME") }),
             scene: 0,
             scenes: json!([{ "name": scene, "nodes": roots }]),
-            nodes: nodes(&first.state, tubes.len()),
+            nodes: nodes(&first.state, names, tubes, &rods),
             meshes: Vec::new(),
-            materials: vec![material("rod", [0.8, 0.45, 0.25, 1.0])],
+            materials: Vec::new(),
             skins: Vec::new(),
             animations: [Animation { name: scene.to_owned(), ..Animation::default() }],
             buffers: [Buffer::default()],
             buffer_views: Vec::new(),
             accessors: Vec::new(),
         };
-        if !model.contacts.obstacles.is_empty() {
-            document.materials.push(material("obstacle", [0.55, 0.56, 0.58, 1.0]));
+        for tube in tubes {
+            let material = match document.materials.len() {
+                known if tube.part > 0 => known - 1,
+                _ => document.material(&names.rod(tube.rod), ROD),
+            };
+            document.add_tube(tube, &name_of(tube, names), material);
         }
-        tubes.iter().for_each(|tube| document.add_tube(tube));
         for tube in tubes {
             let inverse_bind = document.array(tube.segments.len(), F32, "MAT4", 64, None);
             let bones: Vec<usize> = tube.segments.iter().map(|segment| first_segment + segment).collect();
-            document.skins.push(json!({ "inverseBindMatrices": inverse_bind, "skeleton": ROOT, "joints": bones }));
+            let bones_of = first_rod + rods.binary_search(&tube.rod).unwrap_or_default();
+            document
+                .skins
+                .push(json!({ "name": name_of(tube, names), "inverseBindMatrices": inverse_bind, "skeleton": bones_of, "joints": bones }));
         }
 
         let input = document.array(times.len(), F32, "SCALAR", 4, None);
         document.bound(input, &times.iter().map(|&time| [time]).collect::<Vec<_>>());
         (first_segment..first_segment + segments).for_each(|node| document.animate(node, input));
         for solid in solids {
-            let name = solid.name(model);
-            let node = match solid.of {
-                Owner::Segment(i) => first_segment + i,
+            let name = solid.name(model, names);
+            let (node, colour) = match solid.of {
+                Owner::Segment(i) => (first_segment + i, ROD),
                 Owner::Obstacle(_) => {
                     let at = solid.of.at(model, first).pose;
-                    document.nodes.push(placed(name.clone(), &at.position, &at.orientation));
-                    document.nodes.len() - 1
+                    document.nodes.push(placed(name.to_string(), &at.position, &at.orientation));
+                    (document.nodes.len() - 1, OBSTACLE)
                 }
             };
             document.nodes[node].mesh = Some(document.meshes.len());
-            document.add_mesh(&name, &solid.mesh, if solid.of.obstacle().is_some() { OBSTACLE } else { ROD });
+            let material = document.material(&name, colour);
+            document.add_mesh(&name, &solid.mesh, material);
             if solid.moving(model).is_some() {
                 document.animate(node, input);
             }
         }
-        let children = (first_segment..document.nodes.len()).collect();
-        document.nodes[ROOT].children = children;
+        // Segments of rods are below the node of their rod, rigid bodies and obstacles below the root.
+        let mut below_root: Vec<usize> = (first_rod..first_segment).collect();
+        for (i, segment) in model.segments.iter().enumerate() {
+            match rods.binary_search(&segment.rod) {
+                Ok(k) if segment.body.is_none() => document.nodes[first_rod + k].children.push(first_segment + i),
+                _ => below_root.push(first_segment + i),
+            }
+        }
+        below_root.extend(first_segment + segments..document.nodes.len());
+        document.nodes[ROOT].children = below_root;
         document
     }
 
+    /// Appends a material and returns its index.
+    fn material(&mut self, name: &str, colour: [f64; 4]) -> usize {
+        self.materials.push(json!({
+            "name": name,
+            "pbrMetallicRoughness": { "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.6 },
+        }));
+        self.materials.len() - 1
+    }
+
     /// Appends the mesh of a tube and its arrays.
-    fn add_tube(&mut self, tube: &Tube) {
+    fn add_tube(&mut self, tube: &Tube, name: &str, material: usize) {
         let vertices = tube.positions.len();
         let indices = self.array(tube.indices.len(), U32, "SCALAR", 4, INDICES);
         let positions = self.array(vertices, F32, "VEC3", 12, VERTICES);
@@ -186,8 +217,8 @@ impl Document {
         let joints = self.array(vertices, U16, "VEC4", 8, VERTICES);
         let weights = self.array(vertices, F32, "VEC4", 16, VERTICES);
         let attributes = json!({ "POSITION": positions, "NORMAL": normals, "JOINTS_0": joints, "WEIGHTS_0": weights });
-        let primitive = json!({ "attributes": attributes, "indices": indices, "material": ROD });
-        self.meshes.push(json!({ "name": "rods", "primitives": [primitive] }));
+        let primitive = json!({ "attributes": attributes, "indices": indices, "material": material });
+        self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
     }
 
     /// Appends a mesh without a skin and its arrays.
@@ -245,21 +276,26 @@ impl Document {
     }
 }
 
-fn material(name: &str, colour: [f64; 4]) -> Value {
-    json!({
-        "name": name,
-        "pbrMetallicRoughness": { "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.6 },
-    })
+/// Name of a tube: that of its rod, with the number of the part from the second one on.
+fn name_of(tube: &Tube, names: &Names) -> String {
+    let name = names.rod(tube.rod);
+    if tube.part > 0 { format!("{name} part {}", tube.part + 1) } else { name.into_owned() }
 }
 
-/// Root, tubes and segments; the root's children are not known yet. A tube is no child of the root: a skin's joints alone
-/// say where its vertices are (section 3.7.3.3).
-fn nodes(first: &State, tubes: usize) -> Vec<Node> {
+/// Root, tubes, what the bones of each rod stand below, and segments; which are children of which is not known yet.
+fn nodes(first: &State, names: &Names, tubes: &[Tube], rods: &[usize]) -> Vec<Node> {
     let root = Node { name: "root".to_owned(), rotation: Some(Z_UP_TO_Y_UP), ..Node::default() };
-    let tube = |i: usize| Node { name: "rods".to_owned(), mesh: Some(i), skin: Some(i), ..Node::default() };
-    let segment = |i: usize| placed(format!("segment {i}"), &first.positions[i], &first.orientations[i]);
+    let tube = |(i, tube): (usize, &Tube)| Node {
+        name: name_of(tube, names),
+        mesh: Some(i),
+        skin: Some(i),
+        ..Node::default()
+    };
+    let rod = |&rod: &usize| Node { name: format!("{} bones", names.rod(rod)), ..Node::default() };
+    let segment = |i: usize| placed(names.segment(i), &first.positions[i], &first.orientations[i]);
     let segments = (0..first.positions.len()).map(segment);
-    std::iter::once(root).chain((0..tubes).map(tube)).chain(segments).collect()
+    let tubes = tubes.iter().enumerate().map(tube);
+    std::iter::once(root).chain(tubes).chain(rods.iter().map(rod)).chain(segments).collect()
 }
 
 fn placed(name: String, position: &Vector3<f64>, orientation: &UnitQuaternion<f64>) -> Node {

@@ -12,9 +12,13 @@ use super::write_floats;
 /// Vertices of a ring about the centreline.
 const SIDES: usize = 8;
 
-/// A mesh with its skin: arrays with one entry a vertex, and the vertices of each triangle, counterclockwise from outside.
+/// A mesh of a rod with its skin: arrays with one entry a vertex, and the vertices of each triangle, counterclockwise from outside.
 #[derive(Default)]
 pub(super) struct Tube {
+    /// Index of the rod.
+    pub(super) rod: usize,
+    /// Which part of the rod it is, from 0.
+    pub(super) part: usize,
     /// The segments that it moves with, in increasing order: the joints of its skin.
     pub(super) segments: Vec<usize>,
     /// Places [m] in the world's axes.
@@ -47,8 +51,8 @@ struct Piece {
 }
 
 impl Tube {
-    /// The surface of all rods in `state`: one tube, or more where one would move with more than `most` segments. Vertices
-    /// between two segments move half with each. Rigid bodies are no tubes.
+    /// The surfaces of all rods in `state`: one tube each, or more where one would move with more than `most` segments.
+    /// Vertices between two segments move half with each. Rigid bodies are no tubes.
     pub(super) fn all(model: &Model, lines: &Centrelines, state: &State, most: usize) -> Vec<Self> {
         let mut tubes: Vec<(Self, Vec<Piece>)> = Vec::new();
         for chain in lines.chains.iter().filter(|chain| model.segments[lines.first(chain)].body.is_none()) {
@@ -56,11 +60,14 @@ impl Tube {
             for piece in pieces(rings, chain.closed, most) {
                 let segments = piece.segments();
                 match tubes.last_mut() {
-                    Some((tube, pieces)) if tube.segments.len() + segments.len() <= most => {
+                    Some((tube, pieces)) if tube.rod == chain.rod && tube.segments.len() + segments.len() <= most => {
                         tube.segments.extend(segments);
                         pieces.push(piece);
                     }
-                    _ => tubes.push((Self { segments, ..Self::default() }, vec![piece])),
+                    last => {
+                        let part = last.filter(|(tube, _)| tube.rod == chain.rod).map_or(0, |(tube, _)| tube.part + 1);
+                        tubes.push((Self { rod: chain.rod, part, segments, ..Self::default() }, vec![piece]));
+                    }
                 }
             }
         }
@@ -252,11 +259,11 @@ mod tests {
         }
         let (model, state) = assembly.finish();
         let lines = Centrelines::new(&model);
-        let whole = Tube::all(&model, &lines, &state, 21);
-        assert_eq!(whole.len(), 1);
-        for most in [3, 4, 5, 8, 11, 20] {
+        let whole = Tube::all(&model, &lines, &state, 11);
+        assert_eq!(whole.iter().map(|tube| (tube.rod, tube.part)).collect::<Vec<_>>(), [(0, 0), (1, 0), (2, 0)]);
+        for most in [3, 4, 5, 8, 10] {
             let tubes = Tube::all(&model, &lines, &state, most);
-            assert!(tubes.len() > 1 && tubes.iter().all(|tube| tube.segments.len() <= most), "{most}");
+            assert!(tubes.len() > 3 && tubes.iter().all(|tube| tube.segments.len() <= most), "{most}");
             assert!(triangles(&tubes) == triangles(&whole), "{most}");
         }
     }

@@ -15,19 +15,27 @@ pub(super) struct Array {
     name: &'static str,
     kind: &'static str,
     components: usize,
+    /// Names of the components, where they are not the places x, y and z.
+    of_components: &'static [&'static str],
     bytes: Vec<u8>,
 }
 
 impl Array {
     /// An array of f64, `components` a point or a cell.
     pub(super) fn floats(name: &'static str, components: usize, values: impl Iterator<Item = f64>) -> Self {
-        Self { name, kind: "Float64", components, bytes: values.flat_map(f64::to_le_bytes).collect() }
+        let bytes = values.flat_map(f64::to_le_bytes).collect();
+        Self { name, kind: "Float64", components, of_components: &[], bytes }
     }
 
     /// An array of indices; `usize::MAX` is -1 there.
     pub(super) fn integers(name: &'static str, values: impl Iterator<Item = usize>) -> Self {
         let bytes = values.flat_map(|value| (value as i64).to_le_bytes()).collect();
-        Self { name, kind: "Int64", components: 1, bytes }
+        Self { name, kind: "Int64", components: 1, of_components: &[], bytes }
+    }
+
+    /// The same with names of its components.
+    pub(super) fn with_components(self, of_components: &'static [&'static str]) -> Self {
+        Self { of_components, ..self }
     }
 
     /// Characters of the array and its length in base64.
@@ -38,6 +46,8 @@ impl Array {
 
 /// Lines of two points each, and triangles, with data.
 pub(super) struct Piece {
+    /// Named lists of texts, data of the whole (VTK: field data).
+    pub(super) texts: Vec<(&'static str, Vec<String>)>,
     /// Places of the points, three components.
     pub(super) points: Array,
     /// Points of each line.
@@ -60,7 +70,12 @@ impl Piece {
             writer,
             "<?xml version=\"1.0\"?>\n\
              <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
-             <PolyData>\n<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"{cells}\" \
+             <PolyData>\n"
+        )?;
+        self.write_texts(writer)?;
+        write!(
+            writer,
+            "<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"{cells}\" \
              NumberOfStrips=\"0\" NumberOfPolys=\"{triangles}\">\n"
         )?;
         let mut groups: Vec<(&str, Vec<&Array>)> = vec![
@@ -74,12 +89,12 @@ impl Piece {
         for (element, arrays) in &groups {
             writeln!(writer, "<{element}>")?;
             for array in arrays {
-                let Array { name, kind, components, .. } = array;
-                writeln!(
-                    writer,
-                    "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
-                     format=\"appended\" offset=\"{offset}\"/>"
-                )?;
+                let Array { name, kind, components, of_components, .. } = array;
+                write!(writer, "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"")?;
+                for (k, component) in of_components.iter().enumerate() {
+                    write!(writer, " ComponentName{k}=\"{component}\"")?;
+                }
+                writeln!(writer, " format=\"appended\" offset=\"{offset}\"/>")?;
                 offset += array.encoded();
             }
             writeln!(writer, "</{element}>")?;
@@ -92,5 +107,19 @@ impl Piece {
             encoder.finish()?;
         }
         writeln!(writer, "\n</AppendedData>\n</VTKFile>")
+    }
+
+    /// Writes the lists of texts as VTK has them in ASCII: the bytes of each in decimal, and a zero after it.
+    fn write_texts(&self, writer: &mut impl Write) -> io::Result<()> {
+        writeln!(writer, "<FieldData>")?;
+        for (name, list) in &self.texts {
+            let count = list.len();
+            write!(writer, "<DataArray type=\"String\" Name=\"{name}\" NumberOfTuples=\"{count}\" format=\"ascii\">")?;
+            for byte in list.iter().flat_map(|text| text.bytes().chain([0])) {
+                write!(writer, " {byte}")?;
+            }
+            writeln!(writer, "</DataArray>")?;
+        }
+        writeln!(writer, "</FieldData>")
     }
 }

@@ -29,13 +29,13 @@ fn an_obj_has_their_faces_as_objects() {
     for frame in 0..3 {
         let text = fs::read_to_string(made[0].join(format!("frame_{frame:04}.obj"))).unwrap();
         let objects: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("o ")).collect();
-        assert_eq!(objects, ["rod_3", "body_0", "body_1"]);
+        assert_eq!(objects, ["rod-3", "body-0", "body-1"]);
         let numbers = |line: &str| line.split(' ').skip(1).map(|word| word.parse::<f64>().unwrap()).collect::<Vec<_>>();
         let places: Vec<_> = text.lines().filter(|line| line.starts_with("v ")).map(numbers).collect();
         let mut of = None;
         let mut faces = [0, 0];
         for line in text.lines() {
-            of = line.strip_prefix("o body_").map(|rod| rod.parse::<usize>().unwrap()).or(of);
+            of = line.strip_prefix("o body-").map(|rod| rod.parse::<usize>().unwrap()).or(of);
             if line.starts_with("f ") {
                 for vertex in numbers(line) {
                     let place = Vector3::from_row_slice(&places[vertex as usize - 1]);
@@ -73,7 +73,8 @@ fn a_mesh_is_drawn_as_its_shape() {
     }
 }
 
-fn poly_data(path: &Path) -> PolyDataPiece {
+/// What a file of ParaView's holds.
+pub(super) fn poly_data(path: &Path) -> PolyDataPiece {
     let DataSet::PolyData { mut pieces, .. } = Vtk::import(path).unwrap().data else { panic!("no poly data") };
     let (Some(Piece::Inline(piece)), []) = (pieces.pop(), pieces.as_slice()) else { panic!("not one piece") };
     *piece
@@ -137,7 +138,7 @@ fn a_glb_has_a_mesh_for_each_on_the_node_of_its_segment() {
     let run = weighted(2);
     let directory = tempfile::tempdir().unwrap();
     let document = document(&run, directory.path());
-    assert_eq!(drawn(&document), [["rods", "rods"], ["segment 0", "body_0"], ["segment 1", "body_1"]]);
+    assert_eq!(drawn(&document), [["rod-3", "rod-3"], ["body-0", "body-0"], ["body-1", "body-1"]]);
     assert_eq!(document["skins"].as_array().unwrap().len(), 1, "the rod alone bends");
     for (mesh, segment) in [(1, 0), (2, 1)] {
         let accessor = document["meshes"][mesh]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap() as usize;
@@ -174,31 +175,32 @@ fn bodies_and_obstacles_are_told_apart() {
     let made = run.export(Format::Obj, directory.path());
     let text = fs::read_to_string(made[0].join("frame_0001.obj")).unwrap();
     let objects: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("o ")).collect();
-    assert_eq!(objects, ["rod_3", "body_0", "body_1", "obstacle_0"]);
+    assert_eq!(objects, ["rod-3", "body-0", "body-1", "obstacle-0"]);
 
     let document = document(&run, directory.path());
-    let expected = [["rods", "rods"], ["segment 0", "body_0"], ["segment 1", "body_1"], ["obstacle_0", "obstacle_0"]];
+    let expected = [["rod-3", "rod-3"], ["body-0", "body-0"], ["body-1", "body-1"], ["obstacle-0", "obstacle-0"]];
     assert_eq!(drawn(&document), expected);
 
     run.export(Format::Vtp, directory.path());
-    let piece = poly_data(&directory.path().join("vtp/frame_0001.vtp"));
-    let Some(VertexNumbers::XML { connectivity, .. }) = &piece.polys else { panic!("no triangles") };
-    let points: Vec<f64> = piece.points.clone().into_vec().unwrap();
-    let cells = run.model.segments.len();
-    let [segments, rods, obstacles] = ["Segment", "Rod", "Obstacle"].map(|name| numbers(&piece.data.cell, name));
     let mut triangles = [0; 3];
-    for (triangle, corners) in connectivity.chunks(3).enumerate() {
-        let cell = cells + triangle;
-        for &corner in corners {
-            let place = Vector3::from_row_slice(&points[3 * corner as usize..3 * corner as usize + 3]);
-            let of_body = on_surface(&run, 1, &place).map_or(-1.0, |i| i as f64);
-            let of_obstacle = if ((place - centre).norm() - radius).abs() < 1e-12 { 0.0 } else { -1.0 };
-            assert_eq!([segments[cell], obstacles[cell]], [of_body, of_obstacle]);
+    for (file, cells) in [("vtp/frame_0001.vtp", run.model.segments.len()), ("obstacles.vtp", 0)] {
+        let piece = poly_data(&directory.path().join(file));
+        let Some(VertexNumbers::XML { connectivity, .. }) = &piece.polys else { panic!("no triangles") };
+        let points: Vec<f64> = piece.points.clone().into_vec().unwrap();
+        let [segments, rods, obstacles] = ["Segment", "Rod", "Obstacle"].map(|name| numbers(&piece.data.cell, name));
+        for (triangle, corners) in connectivity.chunks(3).enumerate() {
+            let cell = cells + triangle;
+            for &corner in corners {
+                let place = Vector3::from_row_slice(&points[3 * corner as usize..3 * corner as usize + 3]);
+                let of_body = on_surface(&run, 1, &place).map_or(-1.0, |i| i as f64);
+                let of_obstacle = if ((place - centre).norm() - radius).abs() < 1e-12 { 0.0 } else { -1.0 };
+                assert_eq!([segments[cell], obstacles[cell]], [of_body, of_obstacle]);
+            }
+            let rod = if segments[cell] < 0.0 { -1.0 } else { run.model.segments[segments[cell] as usize].rod as f64 };
+            assert_eq!(rods[cell], rod);
+            triangles[if segments[cell] < 0.0 { 2 } else { segments[cell] as usize }] += 1;
         }
-        let rod = if segments[cell] < 0.0 { -1.0 } else { run.model.segments[segments[cell] as usize].rod as f64 };
-        assert_eq!(rods[cell], rod);
-        triangles[if segments[cell] < 0.0 { 2 } else { segments[cell] as usize }] += 1;
+        assert!(obstacles[..cells].iter().all(|&k| k == -1.0));
     }
     assert!(triangles.iter().all(|&count| count > 0), "{triangles:?}");
-    assert!(obstacles[..cells].iter().all(|&k| k == -1.0));
 }

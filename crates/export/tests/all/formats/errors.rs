@@ -2,10 +2,10 @@
 
 use std::env;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use export::{ExportError, Format, TrajectoryReader, write_format};
+use export::{ExportError, Format, Names, TrajectoryReader};
 use rod::Model;
 
 use super::runs::{Run, runs, straight, straight_of};
@@ -26,6 +26,16 @@ fn content(directory: &Path) -> Vec<(String, Vec<u8>)> {
     }
     found.sort();
     found
+}
+
+/// Writes a format of a model without names.
+fn write_format(
+    format: Format,
+    directory: &Path,
+    reader: &mut TrajectoryReader,
+    model: &Model,
+) -> Result<Vec<PathBuf>, ExportError> {
+    export::write_format(format, directory, reader, model, &Names::new(model, &[], &[]))
 }
 
 /// A recorded run and its model.

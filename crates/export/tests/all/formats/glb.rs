@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use export::Format;
+use export::{Format, Names};
 use gltf::Gltf;
 use gltf::animation::util::ReadOutputs;
 use nalgebra::{Isometry3, Matrix4, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
@@ -12,14 +12,19 @@ use super::runs::{Run, runs, straight};
 /// What f32 may be off, relative to coordinates of some metres.
 const ROUNDING: f64 = 2e-6;
 
+const IDENTITY: [[f32; 4]; 4] =
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+
 /// A file's content.
 struct Content {
-    /// Keyframes of each skin joint, in the order of the skin: time [s], pose.
+    /// Keyframes of each segment: time [s], pose.
     tracks: Vec<Vec<(f32, Isometry3<f64>)>>,
+    /// Of each segment.
     inverse_bind: Vec<Matrix4<f64>>,
     root: Isometry3<f64>,
     positions: Vec<Vector3<f64>>,
     normals: Vec<Vector3<f64>>,
+    /// The segments that a vertex moves with.
     bones: Vec<Vec<(usize, f64)>>,
     triangles: Vec<[usize; 3]>,
 }
@@ -35,16 +40,25 @@ fn pose(translation: [f32; 3], [x, y, z, w]: [f32; 4]) -> Isometry3<f64> {
 fn read(bytes: &[u8]) -> Content {
     let Gltf { document, blob } = Gltf::from_slice(bytes).expect("a valid file");
     let blob = blob.unwrap();
-    let data = |_: gltf::Buffer| Some(blob.as_slice());
+    let blob = blob.as_slice();
+    let data = move |_: gltf::Buffer| Some(blob);
 
-    let skin = document.skins().next().unwrap();
-    let joints: Vec<usize> = skin.joints().map(|joint| joint.index()).collect();
-    let matrices = skin.reader(data).read_inverse_bind_matrices().unwrap();
-    let inverse_bind = matrices.map(|m| Matrix4::from(m).cast()).collect();
-    let root = skin.skeleton().unwrap();
-    assert!(root.children().map(|child| child.index()).eq(joints.iter().copied()));
+    let root = document.nodes().find(|node| node.name() == Some("root")).unwrap();
     let (translation, rotation, scale) = root.transform().decomposed();
     assert_eq!(scale, [1.0; 3]);
+    // Segments are one node after the other, in their order.
+    let joints: Vec<usize> = document.skins().flat_map(|skin| skin.joints().map(|joint| joint.index())).collect();
+    let first_segment = *joints.iter().min().unwrap();
+    assert!(joints.iter().copied().eq(first_segment..first_segment + joints.len()), "each in one skin: {joints:?}");
+    let mut inverse_bind = Vec::new();
+    for skin in document.skins() {
+        let matrices = skin.reader(data).read_inverse_bind_matrices().unwrap();
+        inverse_bind.extend(matrices.map(|m| Matrix4::from(m).cast()));
+        let skeleton = skin.skeleton().unwrap();
+        assert!(skeleton.children().map(|child| child.index()).eq(skin.joints().map(|joint| joint.index())));
+        assert_eq!(skeleton.transform().decomposed(), gltf::scene::Transform::Matrix { matrix: IDENTITY }.decomposed());
+        assert!(root.children().any(|child| child.index() == skeleton.index()));
+    }
 
     let animation = document.animations().next().unwrap();
     let mut inputs = Vec::new();
@@ -70,31 +84,56 @@ fn read(bytes: &[u8]) -> Content {
         times.iter().copied().zip(poses).collect()
     };
 
-    let mesh_node = document.nodes().find(|node| node.mesh().is_some()).unwrap();
-    assert!(document.default_scene().unwrap().nodes().any(|node| node.index() == mesh_node.index()));
-    assert_eq!(mesh_node.skin().unwrap().index(), skin.index());
-    let primitive = mesh_node.mesh().unwrap().primitives().next().unwrap();
-    let reader = primitive.reader(data);
-    let vectors = |values: &mut dyn Iterator<Item = [f32; 3]>| values.map(|v| Vector3::from(v).cast()).collect();
-    let weights = reader.read_weights(0).unwrap().into_f32();
-    let bone = |(joints, weights): ([u16; 4], [f32; 4])| {
-        joints.into_iter().zip(weights).filter(|bone| bone.1 != 0.0).map(|(j, w)| (j.into(), w.into())).collect()
-    };
-    let indices: Vec<usize> = reader.read_indices().unwrap().into_u32().map(|i| i as usize).collect();
-    let bounds = primitive.bounding_box();
-    let positions: Vec<Vector3<f64>> = vectors(&mut reader.read_positions().unwrap());
-    for c in 0..3 {
-        let extreme = |pick: fn(f64, f64) -> f64| positions.iter().map(|p| p[c]).reduce(pick).unwrap();
-        assert_eq!((extreme(f64::min), extreme(f64::max)), (bounds.min[c].into(), bounds.max[c].into()));
-    }
-    Content {
+    let mut content = Content {
         tracks: joints.iter().map(track).collect(),
         inverse_bind,
         root: pose(translation, rotation),
-        positions,
-        normals: vectors(&mut reader.read_normals().unwrap()),
-        bones: reader.read_joints(0).unwrap().into_u16().zip(weights).map(bone).collect(),
-        triangles: indices.as_chunks().0.to_vec(),
+        positions: Vec::new(),
+        normals: Vec::new(),
+        bones: Vec::new(),
+        triangles: Vec::new(),
+    };
+    let mesh_nodes: Vec<_> = document.nodes().filter(|node| node.mesh().is_some()).collect();
+    assert_eq!(mesh_nodes.len(), document.skins().count());
+    for (mesh_node, skin) in mesh_nodes.iter().zip(document.skins()) {
+        assert!(document.default_scene().unwrap().nodes().any(|node| node.index() == mesh_node.index()));
+        assert_eq!(mesh_node.skin().unwrap().index(), skin.index());
+        assert_eq!((mesh_node.name(), mesh_node.mesh().unwrap().name()), (skin.name(), skin.name()));
+        let primitive = mesh_node.mesh().unwrap().primitives().next().unwrap();
+        assert_eq!(primitive.material().name(), skin.name());
+        let own: Vec<usize> = skin.joints().map(|joint| joint.index() - first_segment).collect();
+        content.add(&primitive.reader(data), &primitive.bounding_box(), &own);
+    }
+    content
+}
+
+impl Content {
+    /// Adds a mesh whose skin has these segments.
+    fn add<'a, 's, F: Clone + Fn(gltf::Buffer<'a>) -> Option<&'s [u8]>>(
+        &mut self,
+        reader: &gltf::mesh::Reader<'a, 's, F>,
+        bounds: &gltf::mesh::BoundingBox,
+        segments: &[usize],
+    ) {
+        let vectors = |values: &mut dyn Iterator<Item = [f32; 3]>| -> Vec<Vector3<f64>> {
+            values.map(|v| Vector3::from(v).cast()).collect()
+        };
+        let weights = reader.read_weights(0).unwrap().into_f32();
+        let bone = |(joints, weights): ([u16; 4], [f32; 4])| {
+            let used = joints.into_iter().zip(weights).filter(|bone| bone.1 != 0.0);
+            used.map(|(joint, weight)| (segments[usize::from(joint)], weight.into())).collect()
+        };
+        let first = self.positions.len();
+        let indices: Vec<usize> = reader.read_indices().unwrap().into_u32().map(|i| first + i as usize).collect();
+        let positions = vectors(&mut reader.read_positions().unwrap());
+        for c in 0..3 {
+            let extreme = |pick: fn(f64, f64) -> f64| positions.iter().map(|p| p[c]).reduce(pick).unwrap();
+            assert_eq!((extreme(f64::min), extreme(f64::max)), (bounds.min[c].into(), bounds.max[c].into()));
+        }
+        self.positions.extend(positions);
+        self.normals.extend(vectors(&mut reader.read_normals().unwrap()));
+        self.bones.extend(reader.read_joints(0).unwrap().into_u16().zip(weights).map(bone));
+        self.triangles.extend(indices.as_chunks().0);
     }
 }
 
@@ -230,4 +269,28 @@ fn a_straight_tube_has_the_volume_of_its_prism_and_ends() {
     let pyramid = (radius - half) / 3.0 * area(half);
     let expected = area(radius) * length + 2.0 * (frustum + pyramid);
     assert!((found / expected - 1.0).abs() < 1e-5, "{found} {expected}");
+}
+
+/// One node, one mesh, one skin and one material a rod, which have its name; bones have it, too, with their number in the rod.
+#[test]
+fn everything_has_the_name_of_its_rod() {
+    let mut run = runs().into_iter().find(|run| run.name == "tree").unwrap();
+    let rods = ["trunk", "branch \u{2603}", "\"ring\""].map(str::to_owned);
+    run.called = Names::new(&run.model, &rods, &[]);
+    let directory = tempfile::tempdir().unwrap();
+    let made = run.export(Format::Glb, directory.path());
+    let Gltf { document, .. } = Gltf::from_slice(&fs::read(&made[0]).unwrap()).expect("a valid file");
+    let names = ["trunk", "branch \u{2603}", "\"ring\"", "rod-3"];
+    assert!(document.meshes().map(|mesh| mesh.name().unwrap().to_owned()).eq(names));
+    assert!(document.skins().map(|skin| skin.name().unwrap().to_owned()).eq(names));
+    assert!(document.materials().map(|material| material.name().unwrap().to_owned()).eq(names));
+    let nodes: Vec<_> = document.nodes().map(|node| node.name().unwrap().to_owned()).collect();
+    let bones = |name: &str, count: usize| (0..count).map(|k| format!("{name} segment {k}")).collect::<Vec<_>>();
+    let expected = [
+        vec!["root".to_owned()],
+        names.map(str::to_owned).to_vec(),
+        names.map(|name| format!("{name} bones")).to_vec(),
+        names.into_iter().zip([3, 2, 3, 1]).flat_map(|(name, count)| bones(name, count)).collect(),
+    ];
+    assert_eq!(nodes, expected.concat());
 }

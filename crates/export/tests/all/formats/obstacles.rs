@@ -1,6 +1,7 @@
 //! Obstacles in every format: their surfaces are where their motions have them in each frame.
 
 use std::fs;
+use std::path::Path;
 use std::sync::Arc;
 
 use export::Format;
@@ -8,8 +9,9 @@ use gltf::Gltf;
 use gltf::animation::util::ReadOutputs;
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 use rod::{Carried, Motion, Obstacle, ObstacleShape, Pose, Surface};
-use vtkio::model::{Attribute, DataSet, Piece, VertexNumbers, Vtk};
+use vtkio::model::{Attribute, VertexNumbers};
 
+use super::bodies::poly_data;
 use super::runs::{Run, straight};
 
 /// A rod among a plane, a sphere, a capsule and a box that move, and a sphere and a cylinder that do not.
@@ -96,7 +98,7 @@ fn lines_files_hold_their_meshes() {
                     let words: Vec<f64> = rest.split(' ').map(|word| word.parse().unwrap()).collect();
                     vertices.push(Vector3::from_column_slice(&words));
                 }
-                "o" if rest.starts_with("obstacle_") => surfaces.push(Vec::new()),
+                "o" if rest.starts_with("obstacle-") => surfaces.push(Vec::new()),
                 "f" => {
                     let corners: Vec<usize> = rest.split(' ').map(|word| word.parse::<usize>().unwrap() - 1).collect();
                     surfaces.last_mut().unwrap().push([0, 1, 2].map(|k| vertices[corners[k]]));
@@ -108,37 +110,69 @@ fn lines_files_hold_their_meshes() {
     }
 }
 
+/// Adds the triangles of a file of ParaView's to the surfaces of the obstacles that they are of.
+fn add_triangles(path: &Path, segments: usize, surfaces: &mut [Vec<[Vector3<f64>; 3]>]) {
+    let piece = poly_data(path);
+    let Some(VertexNumbers::XML { connectivity, offsets }) = piece.polys.clone() else { panic!("no triangles") };
+    let points: Vec<f64> = piece.points.clone().into_vec().unwrap();
+    let place = |i: &u64| Vector3::from_column_slice(&points[3 * *i as usize..][..3]);
+    let array = |name: &str| {
+        let of = |attribute: &Attribute| match attribute {
+            Attribute::DataArray(array) if array.name == name => array.data.clone().cast_into::<f64>(),
+            _ => None,
+        };
+        piece.data.cell.iter().find_map(of).unwrap()
+    };
+    let (obstacle, rod) = (array("Obstacle"), array("Rod"));
+    assert_eq!(obstacle.len(), segments + offsets.len());
+    assert!(obstacle[..segments].iter().all(|&k| k == -1.0) && rod[segments..].iter().all(|&k| k == -1.0));
+    for (k, corners) in connectivity.chunks(3).enumerate() {
+        assert_eq!(offsets[k], 3 * (k as u64 + 1));
+        let [a, b, c] = corners else { panic!("{corners:?}") };
+        surfaces[obstacle[segments + k] as usize].push([a, b, c].map(place));
+    }
+}
+
 #[test]
 fn paraviews_files_hold_their_triangles() {
     let run = among_obstacles();
     let directory = tempfile::tempdir().unwrap();
-    run.export(Format::Vtp, directory.path());
+    let made = run.export(Format::Vtp, directory.path());
+    assert_eq!(made, ["vtp", "run.pvd", "obstacles.vtp"].map(|name| directory.path().join(name)));
+    assert_eq!(Format::Vtp.outputs(&run.model), ["vtp/", "run.pvd", "obstacles.vtp"]);
     let segments = run.model.segments.len();
+    let collection = fs::read_to_string(&made[1]).unwrap();
     for frame in 0..run.times.len() {
-        let path = directory.path().join(format!("vtp/frame_{frame:04}.vtp"));
-        let DataSet::PolyData { pieces, .. } = Vtk::import(&path).unwrap().data else { panic!("{}", path.display()) };
-        let [Piece::Inline(piece)] = pieces.as_slice() else { panic!("{} pieces", pieces.len()) };
-        let Some(VertexNumbers::XML { connectivity, offsets }) = piece.polys.clone() else { panic!("no triangles") };
-        let points: Vec<f64> = piece.points.clone().into_vec().unwrap();
-        let place = |i: &u64| Vector3::from_column_slice(&points[3 * *i as usize..][..3]);
-        let array = |name: &str| {
-            let of = |attribute: &Attribute| match attribute {
-                Attribute::DataArray(array) if array.name == name => array.data.clone().cast_into::<f64>(),
-                _ => None,
-            };
-            piece.data.cell.iter().find_map(of).unwrap()
-        };
-        let (obstacle, rod) = (array("Obstacle"), array("Rod"));
-        assert_eq!(obstacle.len(), segments + offsets.len());
-        assert!(obstacle[..segments].iter().all(|&k| k == -1.0) && rod[segments..].iter().all(|&k| k == -1.0));
         let mut surfaces = vec![Vec::new(); run.model.contacts.obstacles.len()];
-        for (k, corners) in connectivity.chunks(3).enumerate() {
-            assert_eq!(offsets[k], 3 * (k as u64 + 1));
-            let [a, b, c] = corners else { panic!("{corners:?}") };
-            surfaces[obstacle[segments + k] as usize].push([a, b, c].map(place));
-        }
+        add_triangles(&directory.path().join(format!("vtp/frame_{frame:04}.vtp")), segments, &mut surfaces);
+        // What moves is in the frame, what does not in a file of its own that the collection has at each time.
+        assert_eq!(surfaces.iter().map(Vec::is_empty).collect::<Vec<_>>(), [false, false, false, false, true, true]);
+        add_triangles(&made[2], 0, &mut surfaces);
         check(&run, frame, &surfaces, 1e-12);
+        let line = format!("<DataSet timestep=\"{:?}\" part=\"1\" file=\"obstacles.vtp\"/>", run.times[frame]);
+        assert!(collection.lines().any(|own| own == line), "{collection}");
     }
+}
+
+/// A large surface that never moves is on the disk once, whatever the number of frames.
+#[test]
+fn still_obstacles_are_written_once() {
+    let sphere = |k: usize| ObstacleShape::Sphere { centre: Vector3::x() * k as f64, radius: 0.4 };
+    let size = |frames: usize, obstacles: usize| {
+        let mut run = straight(frames);
+        let obstacles = (0..obstacles).map(|k| Obstacle::new(sphere(k), Surface::default()));
+        run.model.contacts.obstacles = obstacles.collect();
+        let directory = tempfile::tempdir().unwrap();
+        run.export(Format::Vtp, directory.path());
+        let bytes = |path: &Path| fs::metadata(path).unwrap().len();
+        let of_frames = fs::read_dir(directory.path().join("vtp")).unwrap().map(|entry| bytes(&entry.unwrap().path()));
+        [of_frames.sum(), bytes(&directory.path().join("obstacles.vtp"))]
+    };
+    let ([few, once], [many, still_once]) = (size(2, 1), size(20, 1));
+    assert_eq!((many, still_once), (10 * few, once));
+    // A hundred of them make frames longer by their names alone.
+    let [frames, large] = size(2, 100);
+    assert!(large > 90 * once && frames < few + 2 * 100 * 60, "{frames} {few} {large} {once}");
 }
 
 #[test]
@@ -149,8 +183,7 @@ fn glb_animates_those_that_move() {
     let Gltf { document, blob } = Gltf::from_slice(&fs::read(&made[0]).unwrap()).expect("a valid file");
     let blob = blob.unwrap();
     let data = |_: gltf::Buffer<'_>| Some(blob.as_slice());
-    let root = document.skins().next().unwrap().skeleton().unwrap();
-    // Segments have no mesh of their own.
+    let root = document.nodes().find(|node| node.name() == Some("root")).unwrap();
     let nodes: Vec<gltf::Node<'_>> = root.children().filter(|node| node.mesh().is_some()).collect();
     assert_eq!(nodes.len(), run.model.contacts.obstacles.len());
     let turn = |[x, y, z, w]: [f32; 4]| UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z).cast::<f64>());
@@ -195,10 +228,13 @@ fn a_table_holds_their_poses() {
         for (k, obstacle) in run.model.contacts.obstacles.iter().enumerate() {
             let at = obstacle.at(time);
             let mut expected = vec![frame as f64, time, k as f64];
-            expected.extend(at.pose.position.iter().chain(at.pose.orientation.coords.iter()));
+            let q = at.pose.orientation;
+            expected.extend(at.pose.position.iter().chain(&[q.w, q.i, q.j, q.k]));
             expected.extend(at.velocity.iter().chain(&at.angular_velocity));
             let row = rows.next().unwrap().unwrap();
-            assert_eq!(row.iter().map(|word| word.parse().unwrap()).collect::<Vec<f64>>(), expected);
+            assert_eq!(row[3], format!("obstacle-{k}"));
+            let numbers = row.iter().enumerate().filter(|(column, _)| *column != 3);
+            assert_eq!(numbers.map(|(_, word)| word.parse().unwrap()).collect::<Vec<f64>>(), expected);
         }
     }
     assert!(rows.next().is_none());

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use export::{Format, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_format};
+use export::{Format, Names, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, write_format};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, BodyShape, JointForce, Material, Model, Pose, RigidBody, RodSpec, State, shape};
 
@@ -12,6 +12,8 @@ const DT: f64 = 0.02;
 /// A model and a motion, made up.
 pub(crate) struct Run {
     pub(crate) name: &'static str,
+    /// What its parts are called: nothing of their own, unless a test names them.
+    pub(crate) called: Names,
     pub(crate) model: Model,
     pub(crate) times: Vec<f64>,
     pub(crate) states: Vec<State>,
@@ -40,7 +42,8 @@ impl Run {
         let of_frame = |frame| (0..joints).map(|joint| force(frame, joint)).collect();
         let forces = if with_forces { (0..frames).map(of_frame).collect() } else { Vec::new() };
         let times = (0..frames).map(|frame| frame as f64 * 0.1).collect();
-        Self { name, model, times, states, forces, lines: Vec::new(), joints: Vec::new() }
+        let called = Names::new(&model, &[], &[]);
+        Self { name, called, model, times, states, forces, lines: Vec::new(), joints: Vec::new() }
     }
 
     /// Writes the trajectory into `directory` and returns its file.
@@ -58,7 +61,7 @@ impl Run {
     /// Records the run and exports it, in `directory`.
     pub(crate) fn export(&self, format: Format, directory: &Path) -> Vec<PathBuf> {
         let mut reader = TrajectoryReader::open(&self.record(directory)).unwrap();
-        write_format(format, directory, &mut reader, &self.model).unwrap()
+        write_format(format, directory, &mut reader, &self.model, &self.called).unwrap()
     }
 
     /// Place of the node between two segments, or at an end, by the segments that meet there.

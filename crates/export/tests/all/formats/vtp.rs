@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use export::Format;
+use export::{Format, Names};
 use nalgebra::Vector3;
 use rod::{JointForce, curvature};
 use vtkio::model::{Attribute, DataSet, Piece, VertexNumbers, Vtk};
@@ -84,7 +84,7 @@ fn check_frame(run: &Run, frame: usize, lines: &Lines) {
 
     let director = |axis: Vector3<f64>| flat(state.orientations.iter().map(|q| q * axis));
     let of_segments = |value: &dyn Fn(usize) -> f64| (1, (0..cells).map(value).collect::<Vec<f64>>());
-    let orientations = state.orientations.iter().flat_map(|q| [q.i, q.j, q.k, q.w]).collect();
+    let orientations = state.orientations.iter().flat_map(|q| [q.w, q.i, q.j, q.k]).collect();
     let expected = BTreeMap::from([
         ("Position", flat(state.positions.clone())),
         ("Orientation", (4, orientations)),
@@ -130,4 +130,37 @@ fn every_number_of_every_frame_is_read_back() {
         }
         assert_eq!(fs::read_dir(&made[0]).unwrap().count(), run.times.len());
     }
+}
+
+/// The texts of a list in the field data of a file.
+fn texts(path: &Path, name: &str) -> Option<Vec<String>> {
+    let file = fs::read_to_string(path).unwrap();
+    let document = roxmltree::Document::parse(&file).unwrap();
+    let field = document.descendants().find(|node| node.has_tag_name("FieldData")).unwrap();
+    let array = field.children().find(|node| node.attribute("Name") == Some(name))?;
+    assert_eq!((array.attribute("type"), array.attribute("format")), (Some("String"), Some("ascii")));
+    let bytes: Vec<u8> = array.text().unwrap_or("").split_whitespace().map(|byte| byte.parse().unwrap()).collect();
+    let texts: Vec<String> = bytes
+        .split_inclusive(|&byte| byte == 0)
+        .map(|text| str::from_utf8(&text[..text.len() - 1]).unwrap().into())
+        .collect();
+    assert_eq!(array.attribute("NumberOfTuples"), Some(texts.len().to_string().as_str()));
+    Some(texts)
+}
+
+#[test]
+fn every_file_has_the_names_and_says_how_quaternions_are_ordered() {
+    let mut run = runs().into_iter().find(|run| run.name == "tree").unwrap();
+    let names = ["trunk \u{2603}", "branch", "<ring>"].map(str::to_owned);
+    run.called = Names::new(&run.model, &names, &[]);
+    let directory = tempfile::tempdir().unwrap();
+    run.export(Format::Vtp, directory.path());
+    let path = directory.path().join("vtp/frame_0001.vtp");
+    assert_eq!(texts(&path, "RodName").unwrap(), ["trunk \u{2603}", "branch", "<ring>", "rod-3"]);
+    assert_eq!(texts(&path, "ObstacleName"), None);
+    let file = fs::read_to_string(&path).unwrap();
+    let document = roxmltree::Document::parse(&file).unwrap();
+    let array = document.descendants().find(|node| node.attribute("Name") == Some("Orientation")).unwrap();
+    let components = (0..4).map(|k| array.attribute(format!("ComponentName{k}").as_str()).unwrap());
+    assert_eq!(components.collect::<Vec<_>>(), ["qw", "qx", "qy", "qz"]);
 }

@@ -1,0 +1,105 @@
+//! What is read at every step of a run, whichever frames are kept: extremes of what probes read, and of what is in rods.
+
+use std::collections::BTreeMap;
+
+use export::Envelope;
+use rod::{JointForce, Model, Probe, Quantity, Reaction, Reading, State};
+use serde::Serialize;
+use solver::simulation::Simulation;
+
+/// What one column of a probe reads over a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Extremes {
+    /// At the end of the last step.
+    end: f64,
+    min: f64,
+    min_time_s: f64,
+    max: f64,
+    max_time_s: f64,
+}
+
+/// Columns with what was read, by the names of the probes. A column that nothing was read of is missing: that of a force
+/// before the first step.
+pub(crate) type OfProbes = BTreeMap<String, BTreeMap<&'static str, Extremes>>;
+
+/// Watches a run step by step.
+pub(crate) struct Watch<'a> {
+    probes: &'a [Probe],
+    found: OfProbes,
+    pub(crate) envelope: Option<Envelope>,
+    /// Whether a probe reads what holds rods, which needs the state before.
+    reads_reactions: bool,
+    before: Option<(f64, State)>,
+    /// What joints transmit at the end of the last step.
+    forces: Vec<JointForce>,
+}
+
+impl<'a> Watch<'a> {
+    /// A watch over a run that begins at `time` [s] with `state`, of these probes and, if that is wanted, of what is in rods;
+    /// `None` where there is nothing to watch.
+    pub(crate) fn new(
+        model: &Model,
+        state: &State,
+        time: f64,
+        probes: &'a [Probe],
+        wants_envelope: bool,
+    ) -> Option<Self> {
+        if probes.is_empty() && !wants_envelope {
+            return None;
+        }
+        let mut quantities = probes.iter().flat_map(|probe| &probe.quantities);
+        let mut watch = Self {
+            probes,
+            found: BTreeMap::new(),
+            envelope: wants_envelope.then(|| Envelope::new(model)),
+            reads_reactions: quantities.any(|&quantity| quantity == Quantity::Reaction),
+            before: None,
+            forces: vec![JointForce::default(); model.joints.len()],
+        };
+        watch.read(model, state, time, &[]);
+        Some(watch)
+    }
+
+    /// Takes the state at the end of a step, when what changes of the model is that of this time.
+    pub(crate) fn observe(&mut self, model: &Model, state: &State, simulation: &Simulation) {
+        let mut forces = std::mem::take(&mut self.forces);
+        simulation.store_joint_forces(&mut forces);
+        self.read(model, state, simulation.time(), &forces);
+        self.forces = forces;
+    }
+
+    /// What the probes have read; `None` where there are none.
+    pub(crate) fn probes(&self) -> Option<&OfProbes> {
+        (!self.probes.is_empty()).then_some(&self.found)
+    }
+
+    fn read(&mut self, model: &Model, state: &State, time: f64, forces: &[JointForce]) {
+        if let Some(envelope) = &mut self.envelope {
+            envelope.observe(model, state, forces);
+        }
+        let mut reactions = Vec::new();
+        if let Some((before, earlier)) = self.before.as_ref().filter(|_| !forces.is_empty()) {
+            reactions = Reaction::all(model, [earlier, state], time - before, forces);
+        }
+        let mut values = Vec::new();
+        for probe in self.probes {
+            probe.read(&Reading { model, state, forces, reactions: &reactions }, &mut values);
+            let columns = probe.quantities.iter().flat_map(|quantity| quantity.columns());
+            let found = self.found.entry(probe.name.clone()).or_default();
+            for (&column, &value) in columns.zip(&values).filter(|(_, value)| value.is_finite()) {
+                let new = Extremes { end: value, min: value, min_time_s: time, max: value, max_time_s: time };
+                let own = found.entry(column).or_insert(new);
+                own.end = value;
+                if value < own.min {
+                    (own.min, own.min_time_s) = (value, time);
+                }
+                if value > own.max {
+                    (own.max, own.max_time_s) = (value, time);
+                }
+            }
+        }
+        if self.reads_reactions {
+            self.before = Some((time, state.clone()));
+        }
+    }
+}
