@@ -45,7 +45,7 @@ pub(crate) enum Command {
     View(ViewArgs),
     /// Write files for other programs of a run that is on the disk.
     Export(ExportArgs),
-    /// Find the shape in which a scene without contacts comes to rest.
+    /// Find the shape in which a scene comes to rest: on planes, spheres and capsules, too, without friction.
     Static(StaticArgs),
     /// Find the natural frequencies and shapes in which a scene without contacts vibrates about its equilibrium.
     Modes(ModesArgs),
