@@ -93,6 +93,8 @@ struct Frame {
     /// Time [s].
     time: f64,
     state: State,
+    /// The mode that it shows, number and frequency [Hz], if it shows one.
+    mode: Option<(usize, f64)>,
     /// What each joint transmits; empty where that was not kept.
     forces: Vec<JointForce>,
     /// What contacts give to each segment; empty where that was not kept.
@@ -110,6 +112,7 @@ impl Frame {
     /// Reads frame `index` in place of the last one.
     fn read(&mut self, trajectory: &mut TrajectoryReader, index: usize) -> Result<(), ExportError> {
         self.time = trajectory.read_frame(index, &mut self.state)?;
+        self.mode = trajectory.mode(index);
         trajectory.read_forces(index, &mut self.forces)?;
         trajectory.read_contacts(index, &mut self.contacts)
     }

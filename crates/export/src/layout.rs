@@ -26,8 +26,14 @@ pub(crate) const JOINT_FORCES: &str = "joint_forces";
 const UNITS: &str = "s, m, m/s, rad/s; orientations are quaternions x, y, z, w; vectors are in world axes";
 const UNITS_OF_FORCES: &str = "; joint_forces are forces [N], then moments [N m] in the frame of the joint's body a";
 
+<<<<<<< HEAD
 const UNITS_OF_CONTACTS: &str =
     "; contact_loads are forces [N], then moments about the segment's position [N m] in world axes";
+=======
+/// Keys of [`Modes`].
+pub(crate) const MODES_KEY: &str = "modes_hz";
+pub(crate) const FRAMES_KEY: &str = "frames_a_mode";
+>>>>>>> f6c1439 (simulate: files of modes say which mode and its frequency)
 
 /// Key of [`TrajectoryInfo::segments_hash`].
 pub(crate) const SEGMENTS_KEY: &str = "segments_hash";
@@ -44,6 +50,23 @@ pub struct TrajectoryInfo {
     /// A hash of what the segments are, by which a run that begins with one of the frames knows them; `None` where the file
     /// has none.
     pub segments_hash: Option<String>,
+}
+
+/// The modes that a trajectory shows one after the other, after a first frame at rest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Modes {
+    /// Their frequencies [Hz]; none in the trajectory of a motion.
+    pub(crate) frequencies: Vec<f64>,
+    /// Frames in which each swings once.
+    pub(crate) frames: usize,
+}
+
+impl Modes {
+    /// The mode that a frame shows, counted among all that were written: its number and its frequency [Hz].
+    pub(crate) fn at(&self, frame: usize) -> Option<(usize, f64)> {
+        let mode = frame.checked_sub(1)?.checked_div(self.frames)?;
+        Some((mode, *self.frequencies.get(mode)?))
+    }
 }
 
 /// Size of a trajectory.
@@ -102,7 +125,7 @@ impl Layout {
     }
 
     /// The header with its length in front and zeros for the checksum, and the place of the checksum's digits in it.
-    pub(crate) fn header(self, info: &TrajectoryInfo) -> io::Result<(Vec<u8>, usize)> {
+    pub(crate) fn header(self, info: &TrajectoryInfo, modes: &Modes) -> io::Result<(Vec<u8>, usize)> {
         #[derive(Serialize)]
         struct Header<'a> {
             __metadata__: BTreeMap<&'a str, String>,
@@ -118,6 +141,10 @@ impl Layout {
             ("checksum", "0".repeat(CHECKSUM_DIGITS)),
         ]);
         __metadata__.extend(info.segments_hash.clone().map(|hash| (SEGMENTS_KEY, hash)));
+        if !modes.frequencies.is_empty() {
+            let list = modes.frequencies.iter().map(|frequency| format!("{frequency:?}")).collect::<Vec<_>>();
+            __metadata__.extend([(MODES_KEY, list.join(" ")), (FRAMES_KEY, modes.frames.to_string())]);
+        }
         let tensors = self.tensors().ok_or(io::ErrorKind::FileTooLarge)?;
         let mut json = serde_json::to_vec(&Header { __metadata__, tensors })?;
         json.resize(json.len().next_multiple_of(VALUE), b' ');

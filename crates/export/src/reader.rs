@@ -10,7 +10,13 @@ use safetensors::tensor::Metadata;
 
 use crate::ExportError;
 use crate::file::CHUNK;
+<<<<<<< HEAD
 use crate::layout::{CONTACT_LOADS, JOINT_FORCES, Layout, SEGMENTS_KEY, TrajectoryInfo, VALUE, checksum_digits};
+=======
+use crate::layout::{
+    FRAMES_KEY, JOINT_FORCES, Layout, MODES_KEY, Modes, SEGMENTS_KEY, TrajectoryInfo, VALUE, checksum_digits,
+};
+>>>>>>> f6c1439 (simulate: files of modes say which mode and its frequency)
 
 /// The header's length in bytes is at most this, as in the safetensors crate.
 const MAX_HEADER: u64 = 100_000_000;
@@ -51,6 +57,7 @@ pub struct TrajectoryReader {
     file: File,
     info: TrajectoryInfo,
     layout: Layout,
+    modes: Modes,
     /// Place of the first tensor in the file.
     data_start: u64,
     /// One frame's part of a tensor.
@@ -85,7 +92,7 @@ impl TrajectoryReader {
         let mut header = length.to_vec();
         header.resize(VALUE + json_bytes as usize, 0);
         file.read_exact(&mut header[VALUE..]).map_err(unreadable)?;
-        let (info, layout, data_bytes) = parse(&header[VALUE..]).map_err(damaged)?;
+        let (info, layout, modes, data_bytes) = parse(&header[VALUE..]).map_err(damaged)?;
         let data_start = header.len() as u64;
         if data_bytes as u64 != file_bytes - data_start {
             return Err(damaged(format!("it has {} of {data_bytes} bytes of data", file_bytes - data_start)));
@@ -107,7 +114,8 @@ impl TrajectoryReader {
         if checksum.finalize().to_hex().as_bytes() != expected {
             return Err(damaged("its checksum does not fit its content".to_owned()));
         }
-        Ok(Self { path: path.to_owned(), file, info, layout, data_start, bytes: Vec::new(), only: None, every: 1 })
+        let path = path.to_owned();
+        Ok(Self { path, file, info, layout, modes, data_start, bytes: Vec::new(), only: None, every: 1 })
     }
 
     /// What the file says about itself.
@@ -118,6 +126,11 @@ impl TrajectoryReader {
     /// Number of frames.
     pub fn frames(&self) -> usize {
         self.layout.frames.saturating_sub(1).div_ceil(self.every) + usize::from(self.layout.frames > 0)
+    }
+
+    /// The mode that a frame shows: its number and its frequency [Hz]; `None` in a motion, and in the first frame.
+    pub fn mode(&self, frame: usize) -> Option<(usize, f64)> {
+        self.modes.at((frame * self.every).min(self.layout.frames.saturating_sub(1)))
     }
 
     /// Reads one of `every` frames from here on, from the first one, and the last one, as if there were no others; of 0, all.
@@ -257,7 +270,7 @@ fn pick<T: Copy>(values: &mut Vec<T>, places: &[usize]) {
 }
 
 /// Reads a JSON header: what it says, the trajectory's size, and the bytes of all tensors; or what is wrong with it.
-fn parse(json: &[u8]) -> Result<(TrajectoryInfo, Layout, usize), String> {
+fn parse(json: &[u8]) -> Result<(TrajectoryInfo, Layout, Modes, usize), String> {
     let metadata: Metadata = serde_json::from_slice(json).map_err(|e| format!("its header is not valid: {e}"))?;
     let text = |key: &str| {
         let value = metadata.metadata().as_ref().and_then(|texts| texts.get(key));
@@ -265,6 +278,14 @@ fn parse(json: &[u8]) -> Result<(TrajectoryInfo, Layout, usize), String> {
     };
     let dt = text("dt")?.parse().map_err(|_| "the time step in its header is not a number".to_owned())?;
     let info = TrajectoryInfo { scene: text("scene")?.clone(), dt, segments_hash: text(SEGMENTS_KEY).ok().cloned() };
+
+    let mut modes = Modes::default();
+    if let Ok(list) = text(MODES_KEY) {
+        let wrong = |_| "the modes in its header are not numbers".to_owned();
+        modes.frequencies = list.split(' ').map(|word| word.parse().map_err(wrong)).collect::<Result<_, _>>()?;
+        modes.frames =
+            text(FRAMES_KEY)?.parse().map_err(|_| "the frames of a mode in its header are no number".to_owned())?;
+    }
 
     let shape = metadata.info("positions").map(|tensor| tensor.shape.as_slice());
     let Some(&[frames, segments, _]) = shape else {
@@ -288,5 +309,5 @@ fn parse(json: &[u8]) -> Result<(TrajectoryInfo, Layout, usize), String> {
     if metadata.offset_keys().len() != expected.len() {
         return Err("it has tensors that are not a trajectory's".to_owned());
     }
-    Ok((info, layout, metadata.data_len()))
+    Ok((info, layout, modes, metadata.data_len()))
 }

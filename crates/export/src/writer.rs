@@ -8,7 +8,7 @@ use rod::{JointForce, State, Wrench};
 
 use crate::ExportError;
 use crate::file::{CHUNK, write_atomically};
-use crate::layout::{FILE_NAME, Layout, TrajectoryInfo};
+use crate::layout::{FILE_NAME, Layout, Modes, TrajectoryInfo};
 
 /// Bytes of frames that are given up where the disk is full, as room to begin with.
 const SPARE: usize = 256 << 10;
@@ -18,8 +18,13 @@ const SPARE: usize = 256 << 10;
 /// The file has the tensors `time` `[frames]` [s], `positions` `[frames, segments, 3]` [m], `orientations`
 /// `[frames, segments, 4]` (x, y, z, w), `velocities` `[frames, segments, 3]` [m/s] and `angular_velocities`
 /// `[frames, segments, 3]` [rad/s], all F64, with the forces of joints also `joint_forces` `[frames, joints, 6]`
+<<<<<<< HEAD
 /// ([`JointForce`]: force [N], then moment [N m]), with those of contacts `contact_loads`
 /// `[frames, segments, 6]` ([`Wrench`]), and the strings `scene`, `dt`, `units` and `checksum`.
+=======
+/// ([`JointForce`]: force [N], then moment [N m]), and the strings `scene`, `dt`, `units` and `checksum`; with modes also
+/// `modes_hz` and `frames_a_mode` ([`TrajectoryWriter::show_modes`]).
+>>>>>>> f6c1439 (simulate: files of modes say which mode and its frequency)
 ///
 /// A run that is interrupted finishes with the frames it has. A writer that is dropped, or whose process is killed,
 /// leaves nothing behind. While it finishes, the trajectory needs its size on the disk twice; where there is no room for
@@ -29,6 +34,7 @@ pub struct TrajectoryWriter {
     path: PathBuf,
     info: TrajectoryInfo,
     layout: Layout,
+    modes: Modes,
     /// Frames one after the other, each with its part of every tensor in the order of the file. It has no name: the
     /// system removes it with the last handle.
     spool: File,
@@ -56,8 +62,13 @@ impl TrajectoryWriter {
         // The error's kind alone: the random name that tempfile may add to it says nothing to a reader.
         let spool = tempfile::tempfile_in(directory).map_err(|error| error.kind().into());
         let spool = spool.map_err(ExportError::io("write into", directory))?;
+<<<<<<< HEAD
         let layout = Layout { frames: 0, segments, joints, contacts: false };
         Ok(Self { path, info, layout, spool, pending: Vec::with_capacity(CHUNK), spooled: 0 })
+=======
+        let layout = Layout { frames: 0, segments, joints };
+        Ok(Self { path, info, layout, modes: Modes::default(), spool, pending: Vec::with_capacity(CHUNK), spooled: 0 })
+>>>>>>> f6c1439 (simulate: files of modes say which mode and its frequency)
     }
 
     /// Keeps what contacts give to segments, too: [`TrajectoryWriter::push_with_contacts`] in place of
@@ -111,6 +122,11 @@ impl TrajectoryWriter {
         self.pending.extend(values.flat_map(|value| value.to_le_bytes()));
         self.layout.frames += 1;
         if self.pending.len() >= CHUNK { self.spill() } else { Ok(()) }
+    }
+
+    /// Says that the frames show modes of these frequencies [Hz], after a first one at rest, each in so many `frames`.
+    pub fn show_modes(&mut self, frequencies: Vec<f64>, frames: usize) {
+        self.modes = Modes { frequencies, frames };
     }
 
     /// Number of frames so far.
@@ -169,7 +185,7 @@ impl TrajectoryWriter {
     /// Writes header and tensors from the spool, about `at_once` bytes at a time, from the last frame to the first. With
     /// `consume`, what is read from the spool is cut off it before it is written.
     fn write(&self, mut file: &File, at_once: usize, consume: bool) -> io::Result<()> {
-        let (header, digits) = self.layout.header(&self.info)?;
+        let (header, digits) = self.layout.header(&self.info, &self.modes)?;
         file.write_all(&header)?;
         let (frames, frame_bytes) = (self.layout.frames, self.layout.frame_bytes());
         let frames_at_once = (at_once / frame_bytes).max(1);

@@ -13,7 +13,7 @@ use solver::integrator::Integrator;
 use solver::linear::precondition::PreconditionerKind;
 use solver::statics::StaticMethod;
 
-use crate::files::Wanted;
+use crate::files::{MODES, Wanted};
 use crate::learned_start::Begin;
 use crate::solver_name::SolverName;
 use terminal::{positive, threads};
@@ -345,8 +345,8 @@ pub(crate) struct ModesArgs {
     /// How many, the lowest first.
     #[arg(long, default_value = "10", value_parser = at_least_one)]
     pub(crate) count: usize,
-    /// Write trajectory.safetensors (the equilibrium, then each shape as it swings once in 24 frames), centreline.csv,
-    /// snapshots.svg and summary.json to this folder; `simulate export DIR --export glb` makes a motion for other programs of
+    /// Write trajectory.safetensors (the equilibrium, then each shape as it swings once in 24 frames), modes.csv,
+    /// centreline.csv, snapshots.svg and summary.json to this folder; `simulate export DIR --export glb` makes a motion for other programs of
     /// it. What an earlier run wrote there is removed, other files stay [default with --view: out/SCENE].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -360,7 +360,7 @@ impl ModesArgs {
     pub(crate) fn wanted(&self, scene: &str) -> Option<Wanted<'static>> {
         let by_default = || self.view.then(|| Path::new(OUT).join(scene));
         let directory = self.out.clone().or_else(by_default)?;
-        Some(Wanted { view: self.view, ..Wanted::plain(&directory) })
+        Some(Wanted { view: self.view, table: Some(MODES), ..Wanted::plain(&directory) })
     }
 }
 

@@ -25,6 +25,8 @@ pub(crate) const SUMMARY: &str = "summary.json";
 const PROBES: &str = "probes.csv";
 /// Of equilibria along a course.
 pub(crate) const PATH: &str = "path.csv";
+/// Of natural modes.
+pub(crate) const MODES: &str = "modes.csv";
 pub(crate) const ENVELOPE: &str = "envelope.csv";
 const CONTACTS: &str = "contacts.csv";
 const CONTACT_COLUMNS: &str = "frame,time_s,segment,segment_name,other,other_name,x_m,y_m,z_m,normal_x,normal_y,normal_z,\

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Error, Result};
+use export::TableWriter;
 use rod::{State, measure};
 use scene::Scene;
 use serde::Serialize;
@@ -14,7 +15,7 @@ use view::{Frame, Recorder};
 
 use crate::Outcome;
 use crate::cli::ModesArgs;
-use crate::files::{Files, write_player};
+use crate::files::{Files, MODES, write_player};
 use crate::numbers::number;
 use crate::sample::length;
 use crate::statics::{Sought, begun, tell};
@@ -80,6 +81,7 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
         let dt = 1.0 / FRAMES as f64;
         let mut player = wanted.view.then(|| player(&scene, dt));
         let mut files = Files::open(wanted, &scene, dt, 0, 0.0).context("--out")?;
+        files.writer.show_modes(found.modes.iter().map(Mode::frequency).collect(), FRAMES);
         let frames = found.modes.iter().flat_map(|mode| swing(&scene.state, mode));
         let mut push = |(k, state): (usize, State)| {
             let time = (k + 1) as f64 * dt;
@@ -89,7 +91,10 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
             files.writer.push(&state, &[], time)
         };
         let refused = frames.enumerate().try_for_each(&mut push).err().map(Error::from);
-        let play = |directory: &Path| player.map_or(Ok(()), |player| write_player(directory, player));
+        let play = |directory: &Path| {
+            write_table(&directory.join(MODES), &report.modes)?;
+            player.map_or(Ok(()), |player| write_player(directory, player))
+        };
         closed = files.close(&scene, &report, refused, play).context("--out").map(Some);
     }
     tell(&report, args.rest.json, closed, print)?;
@@ -98,6 +103,19 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
         true => Outcome::Done,
         false => Outcome::NotConverged,
     })
+}
+
+/// Writes a row for each mode: what it is, and which frames show it.
+fn write_table(path: &Path, modes: &[Line]) -> Result<()> {
+    let header = "mode,frequency_hz,squared_rad2_s2,damping_ratio,residual,first_frame,last_frame";
+    let mut table = TableWriter::create(path, header)?;
+    for (k, Line { frequency_hz, squared_rad2_s2, damping_ratio, residual }) in modes.iter().enumerate() {
+        let [first, last] = [FRAMES * k + 1, FRAMES * (k + 1)];
+        table.add(|writer| {
+            writeln!(writer, "{k},{frequency_hz:?},{squared_rad2_s2:?},{damping_ratio:?},{residual:?},{first},{last}")
+        })?;
+    }
+    Ok(table.finish()?)
 }
 
 /// A player's run that has the equilibrium.

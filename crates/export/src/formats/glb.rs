@@ -19,7 +19,7 @@ use crate::{ExportError, Format, Names, TrajectoryReader};
 mod document;
 mod tube;
 
-use document::Document;
+use document::{Clip, Document};
 use tube::Tube;
 
 /// Joints of a skin are numbered in 16 bits in vertices (section 3.7.3.3): longer rods are cut into several.
@@ -50,7 +50,8 @@ pub(super) fn write(
     let mut first = Frame::default();
     first.read(trajectory, 0)?;
     let tubes = Tube::all(model, &Centrelines::new(model), &first.state, MAX_JOINTS);
-    let document = Document::new(&trajectory.info().scene, model, names, &tubes, &solids, &first, &keys);
+    let clips = clips(trajectory);
+    let document = Document::new(&trajectory.info().scene, model, names, &tubes, &solids, &first, (&keys, &clips));
     let mut json = serde_json::to_vec(&document).map_err(|error| refused(error.to_string()))?;
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary = document.bytes();
@@ -80,6 +81,26 @@ pub(super) fn write(
         Ok(())
     })?;
     Ok(vec![file.publish()?])
+}
+
+/// The parts of a trajectory that are animations of their own: all of it, or each mode, from the frame before it on.
+fn clips(trajectory: &TrajectoryReader) -> Vec<Clip> {
+    let frames = trajectory.frames();
+    let mut clips: Vec<(usize, Clip)> = Vec::new();
+    for frame in 1..frames {
+        let Some((mode, frequency)) = trajectory.mode(frame) else { continue };
+        match clips.last_mut() {
+            Some((last, clip)) if *last == mode => clip.frames.end = frame + 1,
+            _ => {
+                let name = format!("mode {mode}, {frequency:.6} Hz");
+                clips.push((mode, Clip { name, frames: frame - 1..frame + 1 }));
+            }
+        }
+    }
+    match clips.is_empty() {
+        true => vec![Clip { name: trajectory.info().scene.clone(), frames: 0..frames }],
+        false => clips.into_iter().map(|(_, clip)| clip).collect(),
+    }
 }
 
 /// Writes indices, places and normals.

@@ -26,7 +26,11 @@ pub(super) fn write(
     for index in 0..trajectory.frames() {
         frame.read(trajectory, index)?;
         folder.write(index, |writer| {
-            writeln!(writer, "# frame {index}, time {:?} s", frame.time)?;
+            write!(writer, "# frame {index}, time {:?} s", frame.time)?;
+            if let Some((mode, frequency)) = frame.mode {
+                write!(writer, ", mode {mode}, {frequency:?} Hz")?;
+            }
+            writeln!(writer)?;
             for node in &lines.nodes {
                 let x = node.position(model, &frame.state);
                 writeln!(writer, "v {:?} {:?} {:?}", x.x, x.y, x.z)?;

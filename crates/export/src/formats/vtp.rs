@@ -96,7 +96,12 @@ fn piece(frame: &Frame, model: &Model, names: &Names, lines: &Centrelines, solid
     if !model.contacts.obstacles.is_empty() {
         texts.push(("ObstacleName", names.obstacles()));
     }
+    let mut numbers = Vec::new();
+    if let Some((mode, frequency)) = frame.mode {
+        numbers = vec![("Mode", "Int64", mode.to_string()), ("FrequencyHz", "Float64", format!("{frequency:?}"))];
+    }
     Piece {
+        numbers,
         texts: texts.into_iter().map(|(name, list)| (name, list.into_iter().map(str::to_owned).collect())).collect(),
         points: Array::floats("Points", 3, nodes.chain(corners).flat_map(vector)),
         connectivity: Array::integers("connectivity", lines.ends.iter().flatten().copied()),

@@ -14,4 +14,5 @@ mod overlaps;
 mod probes;
 mod refined;
 mod shapes;
+mod text;
 mod weave;

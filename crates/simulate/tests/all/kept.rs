@@ -254,3 +254,56 @@ fn the_envelope_is_that_of_the_joints() {
     quiet(&[&scene, "--out", at, "--envelope", "--every", "6"]);
     assert!(fs::read(own.join("envelope.csv")).expect("a table") == envelope);
 }
+
+/// Which mode a frame shows, and its frequency, in every file.
+#[test]
+fn files_of_modes_say_which() {
+    let place = tempfile::tempdir().expect("a folder");
+    let own = place.path().join("own");
+    let at = own.to_str().expect("UTF-8");
+    let report = json(&["modes", "heavy-cantilever", "--count", "3", "--out", at]);
+    let frequencies = report["modes"].as_array().expect("modes").iter().map(|mode| mode["frequency_hz"].as_f64());
+    let frequencies: Vec<f64> = frequencies.map(|frequency| frequency.expect("a number")).collect();
+    let (header, rows) = table(&own.join("modes.csv"));
+    assert_eq!([&header[0], &header[1], &header[5], &header[6]], ["mode", "frequency_hz", "first_frame", "last_frame"]);
+    assert_eq!(rows.iter().map(|row| row[1].parse().expect("a number")).collect::<Vec<f64>>(), frequencies);
+    assert_eq!([&rows[2][0], &rows[2][5], &rows[2][6]], ["2", "49", "72"]);
+
+    quiet(&["export", at, "--export", "vtp,obj,glb"]);
+    for (frame, mode) in [(0, None), (1, Some(0)), (24, Some(0)), (25, Some(1)), (72, Some(2))] {
+        let obj = fs::read_to_string(own.join(format!("obj/frame_{frame:04}.obj"))).expect("a file");
+        let first = obj.lines().next().expect("a line");
+        let expected = mode.map(|k: usize| format!(", mode {k}, {:?} Hz", frequencies[k]));
+        assert!(first.ends_with(&format!(" s{}", expected.clone().unwrap_or_default())), "{first}");
+        let vtp = fs::read_to_string(own.join(format!("vtp/frame_{frame:04}.vtp"))).expect("a file");
+        let vtp = roxmltree::Document::parse(&vtp).expect("XML");
+        let number = |name: &str| {
+            let array = vtp.descendants().find(|node| node.attribute("Name") == Some(name))?;
+            array.text().and_then(|text| text.trim().parse::<f64>().ok())
+        };
+        let expected = [mode.map(|k| k as f64), mode.map(|k| frequencies[k])];
+        assert_eq!([number("Mode"), number("FrequencyHz")], expected, "{frame}");
+    }
+
+    let gltf::Gltf { document, blob } =
+        gltf::Gltf::from_slice(&fs::read(own.join("run.glb")).expect("a file")).expect("a valid file");
+    let blob = blob.expect("data");
+    let names: Vec<_> = document.animations().filter_map(|animation| animation.name().map(str::to_owned)).collect();
+    let expected = frequencies.iter().enumerate().map(|(k, frequency)| format!("mode {k}, {frequency:.6} Hz"));
+    assert_eq!(names, expected.collect::<Vec<_>>());
+    let states = export::read_trajectory(&own.join("trajectory.safetensors")).expect("a trajectory").states;
+    for (k, animation) in document.animations().enumerate() {
+        // The last segment's translation, from the frame at rest before the mode on.
+        let channels: Vec<_> = animation.channels().collect();
+        let reader = channels[channels.len() - 2].reader(|_| Some(blob.as_slice()));
+        let times: Vec<f32> = reader.read_inputs().expect("times").collect();
+        assert_eq!((times.len(), times[0], times[24]), (25, 0.0, 1.0));
+        let Some(gltf::animation::util::ReadOutputs::Translations(places)) = reader.read_outputs() else {
+            panic!("no translations")
+        };
+        for (frame, place) in places.enumerate() {
+            let exact = states[24 * k + frame].positions.last().expect("segments");
+            assert!(exact.iter().zip(place).all(|(exact, x)| (*exact as f32 - x).abs() < 1e-6), "{k}, {frame}");
+        }
+    }
+}

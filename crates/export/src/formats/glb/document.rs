@@ -1,5 +1,7 @@
 //! The JSON part of a glTF file: nodes, skins, meshes, animation, and where their numbers are in the binary part.
 
+use std::ops::Range;
+
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Mesh, Model, State};
 use serde::Serialize;
@@ -39,7 +41,7 @@ pub(super) struct Document {
     materials: Vec<Value>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     skins: Vec<Value>,
-    animations: [Animation; 1],
+    animations: Vec<Animation>,
     buffers: [Buffer; 1],
     buffer_views: Vec<BufferView>,
     accessors: Vec<Accessor>,
@@ -105,6 +107,8 @@ struct BufferView {
 #[serde(rename_all = "camelCase")]
 struct Accessor {
     buffer_view: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    byte_offset: Option<usize>,
     component_type: u16,
     count: usize,
     #[serde(rename = "type")]
@@ -113,6 +117,12 @@ struct Accessor {
     min: Option<Vec<f32>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     max: Option<Vec<f32>>,
+}
+
+/// A part of the frames that is an animation.
+pub(super) struct Clip {
+    pub(super) name: String,
+    pub(super) frames: Range<usize>,
 }
 
 impl Document {
@@ -127,7 +137,7 @@ impl Document {
         tubes: &[Tube],
         solids: &[Solid],
         first: &Frame,
-        times: &[f32],
+        (times, clips): (&[f32], &[Clip]),
     ) -> Self {
         let segments = first.state.positions.len();
         let mut rods: Vec<usize> = tubes.iter().map(|tube| tube.rod).collect();
@@ -144,7 +154,10 @@ impl Document {
             meshes: Vec::new(),
             materials: Vec::new(),
             skins: Vec::new(),
-            animations: [Animation { name: scene.to_owned(), ..Animation::default() }],
+            animations: clips
+                .iter()
+                .map(|clip| Animation { name: clip.name.clone(), ..Animation::default() })
+                .collect(),
             buffers: [Buffer::default()],
             buffer_views: Vec::new(),
             accessors: Vec::new(),
@@ -165,9 +178,16 @@ impl Document {
                 .push(json!({ "name": name_of(tube, names), "inverseBindMatrices": inverse_bind, "skeleton": bones_of, "joints": bones }));
         }
 
-        let input = document.array(times.len(), F32, "SCALAR", 4, None);
-        document.bound(input, &times.iter().map(|&time| [time]).collect::<Vec<_>>());
-        (first_segment..first_segment + segments).for_each(|node| document.animate(node, input));
+        let view = document.view(4 * times.len(), None);
+        let mut tracks = Vec::with_capacity(clips.len());
+        for Clip { frames, .. } in clips {
+            let own = timing(times, frames);
+            let input = document.accessor(view, 4 * own.start, own.len(), (F32, "SCALAR"));
+            document.bound(input, &times[own].iter().map(|&time| [time]).collect::<Vec<_>>());
+            tracks.push((input, frames.clone()));
+        }
+        let tracks = tracks.as_slice();
+        (first_segment..first_segment + segments).for_each(|node| document.animate(node, times.len(), tracks));
         for solid in solids {
             let name = solid.name(model, names);
             let (node, colour) = match solid.of {
@@ -182,7 +202,7 @@ impl Document {
             let material = document.material(&name, colour);
             document.add_mesh(&name, &solid.mesh, material);
             if solid.moving(model).is_some() {
-                document.animate(node, input);
+                document.animate(node, times.len(), tracks);
             }
         }
         // Segments of rods are below the node of their rod, rigid bodies and obstacles below the root.
@@ -233,13 +253,17 @@ impl Document {
         self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
     }
 
-    /// Appends translations and rotations of a node at the times of the accessor `input`.
-    fn animate(&mut self, node: usize, input: usize) {
+    /// Appends translations and rotations of a node in so many frames; of each animation `tracks` has the accessor of its times
+    /// and its frames.
+    fn animate(&mut self, node: usize, frames: usize, tracks: &[(usize, Range<usize>)]) {
         for (path, kind, bytes) in [("translation", "VEC3", 12), ("rotation", "VEC4", 16)] {
-            let output = self.array(self.accessors[input].count, F32, kind, bytes, None);
-            let [animation] = &mut self.animations;
-            animation.channels.push(Channel { sampler: animation.samplers.len(), target: Target { node, path } });
-            animation.samplers.push(Sampler { input, output });
+            let view = self.view(frames * bytes, None);
+            for (k, (input, own)) in tracks.iter().enumerate() {
+                let output = self.accessor(view, own.start * bytes, own.len(), (F32, kind));
+                let animation = &mut self.animations[k];
+                animation.channels.push(Channel { sampler: animation.samplers.len(), target: Target { node, path } });
+                animation.samplers.push(Sampler { input: *input, output });
+            }
         }
     }
 
@@ -257,12 +281,29 @@ impl Document {
         bytes: usize,
         target: Option<u16>,
     ) -> usize {
+        let view = self.view(count * bytes, target);
+        self.accessor(view, 0, count, (component_type, kind))
+    }
+
+    /// Appends so many bytes to the binary part and returns their view.
+    fn view(&mut self, byte_length: usize, target: Option<u16>) -> usize {
         let [Buffer { byte_length: end }] = &mut self.buffers;
-        let view = BufferView { buffer: 0, byte_offset: *end, byte_length: count * bytes, target };
-        *end += view.byte_length;
-        let buffer_view = self.buffer_views.len();
+        let view = BufferView { buffer: 0, byte_offset: *end, byte_length, target };
+        *end += byte_length;
         self.buffer_views.push(view);
-        self.accessors.push(Accessor { buffer_view, component_type, count, kind, min: None, max: None });
+        self.buffer_views.len() - 1
+    }
+
+    /// Appends the accessor of `count` elements of a view from a byte on.
+    fn accessor(
+        &mut self,
+        buffer_view: usize,
+        from: usize,
+        count: usize,
+        (component_type, kind): (u16, &'static str),
+    ) -> usize {
+        let byte_offset = (from > 0).then_some(from);
+        self.accessors.push(Accessor { buffer_view, byte_offset, component_type, count, kind, min: None, max: None });
         self.accessors.len() - 1
     }
 
@@ -274,6 +315,13 @@ impl Document {
         self.accessors[accessor].min = fold(f32::INFINITY, f32::min);
         self.accessors[accessor].max = fold(f32::NEG_INFINITY, f32::max);
     }
+}
+
+/// Which times an animation of these frames has: the first ones, so that it begins at once, where they are as far apart as its own.
+fn timing(times: &[f32], frames: &Range<usize>) -> Range<usize> {
+    let apart = |from: usize, k: usize| times[from + k] - times[from];
+    let is_alike = |k: usize| (apart(frames.start, k) - apart(0, k)).abs() <= 1e-4 * apart(0, k);
+    if (1..frames.len()).all(is_alike) { 0..frames.len() } else { frames.clone() }
 }
 
 /// Name of a tube: that of its rod, with the number of the part from the second one on.

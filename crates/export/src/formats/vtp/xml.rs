@@ -48,6 +48,8 @@ impl Array {
 pub(super) struct Piece {
     /// Named lists of texts, data of the whole (VTK: field data).
     pub(super) texts: Vec<(&'static str, Vec<String>)>,
+    /// Named numbers, likewise: name, VTK's type and digits.
+    pub(super) numbers: Vec<(&'static str, &'static str, String)>,
     /// Places of the points, three components.
     pub(super) points: Array,
     /// Points of each line.
@@ -72,7 +74,7 @@ impl Piece {
              <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
              <PolyData>\n"
         )?;
-        self.write_texts(writer)?;
+        self.write_field(writer)?;
         write!(
             writer,
             "<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"{cells}\" \
@@ -109,8 +111,8 @@ impl Piece {
         writeln!(writer, "\n</AppendedData>\n</VTKFile>")
     }
 
-    /// Writes the lists of texts as VTK has them in ASCII: the bytes of each in decimal, and a zero after it.
-    fn write_texts(&self, writer: &mut impl Write) -> io::Result<()> {
+    /// Writes the data of the whole: texts as VTK has them in ASCII, the bytes of each in decimal and a zero after it.
+    fn write_field(&self, writer: &mut impl Write) -> io::Result<()> {
         writeln!(writer, "<FieldData>")?;
         for (name, list) in &self.texts {
             let count = list.len();
@@ -119,6 +121,10 @@ impl Piece {
                 write!(writer, " {byte}")?;
             }
             writeln!(writer, "</DataArray>")?;
+        }
+        for (name, kind, digits) in &self.numbers {
+            let head = format!("type=\"{kind}\" Name=\"{name}\" NumberOfTuples=\"1\"");
+            writeln!(writer, "<DataArray {head} format=\"ascii\">{digits}</DataArray>")?;
         }
         writeln!(writer, "</FieldData>")
     }
