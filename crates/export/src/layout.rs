@@ -26,14 +26,12 @@ pub(crate) const JOINT_FORCES: &str = "joint_forces";
 const UNITS: &str = "s, m, m/s, rad/s; orientations are quaternions x, y, z, w; vectors are in world axes";
 const UNITS_OF_FORCES: &str = "; joint_forces are forces [N], then moments [N m] in the frame of the joint's body a";
 
-<<<<<<< HEAD
 const UNITS_OF_CONTACTS: &str =
     "; contact_loads are forces [N], then moments about the segment's position [N m] in world axes";
-=======
+
 /// Keys of [`Modes`].
 pub(crate) const MODES_KEY: &str = "modes_hz";
 pub(crate) const FRAMES_KEY: &str = "frames_a_mode";
->>>>>>> f6c1439 (simulate: files of modes say which mode and its frequency)
 
 /// Key of [`TrajectoryInfo::segments_hash`].
 pub(crate) const SEGMENTS_KEY: &str = "segments_hash";

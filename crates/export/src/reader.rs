@@ -10,13 +10,10 @@ use safetensors::tensor::Metadata;
 
 use crate::ExportError;
 use crate::file::CHUNK;
-<<<<<<< HEAD
-use crate::layout::{CONTACT_LOADS, JOINT_FORCES, Layout, SEGMENTS_KEY, TrajectoryInfo, VALUE, checksum_digits};
-=======
 use crate::layout::{
-    FRAMES_KEY, JOINT_FORCES, Layout, MODES_KEY, Modes, SEGMENTS_KEY, TrajectoryInfo, VALUE, checksum_digits,
+    CONTACT_LOADS, FRAMES_KEY, JOINT_FORCES, Layout, MODES_KEY, Modes, SEGMENTS_KEY, TrajectoryInfo, VALUE,
+    checksum_digits,
 };
->>>>>>> f6c1439 (simulate: files of modes say which mode and its frequency)
 
 /// The header's length in bytes is at most this, as in the safetensors crate.
 const MAX_HEADER: u64 = 100_000_000;

@@ -18,13 +18,9 @@ const SPARE: usize = 256 << 10;
 /// The file has the tensors `time` `[frames]` [s], `positions` `[frames, segments, 3]` [m], `orientations`
 /// `[frames, segments, 4]` (x, y, z, w), `velocities` `[frames, segments, 3]` [m/s] and `angular_velocities`
 /// `[frames, segments, 3]` [rad/s], all F64, with the forces of joints also `joint_forces` `[frames, joints, 6]`
-<<<<<<< HEAD
 /// ([`JointForce`]: force [N], then moment [N m]), with those of contacts `contact_loads`
-/// `[frames, segments, 6]` ([`Wrench`]), and the strings `scene`, `dt`, `units` and `checksum`.
-=======
-/// ([`JointForce`]: force [N], then moment [N m]), and the strings `scene`, `dt`, `units` and `checksum`; with modes also
+/// `[frames, segments, 6]` ([`Wrench`]), and the strings `scene`, `dt`, `units` and `checksum`; with modes also
 /// `modes_hz` and `frames_a_mode` ([`TrajectoryWriter::show_modes`]).
->>>>>>> f6c1439 (simulate: files of modes say which mode and its frequency)
 ///
 /// A run that is interrupted finishes with the frames it has. A writer that is dropped, or whose process is killed,
 /// leaves nothing behind. While it finishes, the trajectory needs its size on the disk twice; where there is no room for
@@ -62,13 +58,8 @@ impl TrajectoryWriter {
         // The error's kind alone: the random name that tempfile may add to it says nothing to a reader.
         let spool = tempfile::tempfile_in(directory).map_err(|error| error.kind().into());
         let spool = spool.map_err(ExportError::io("write into", directory))?;
-<<<<<<< HEAD
         let layout = Layout { frames: 0, segments, joints, contacts: false };
-        Ok(Self { path, info, layout, spool, pending: Vec::with_capacity(CHUNK), spooled: 0 })
-=======
-        let layout = Layout { frames: 0, segments, joints };
         Ok(Self { path, info, layout, modes: Modes::default(), spool, pending: Vec::with_capacity(CHUNK), spooled: 0 })
->>>>>>> f6c1439 (simulate: files of modes say which mode and its frequency)
     }
 
     /// Keeps what contacts give to segments, too: [`TrajectoryWriter::push_with_contacts`] in place of

@@ -277,8 +277,8 @@ fn probes(scene: &Scene, step: &Step<'_>, broken: &mut Vec<Broken>) {
     if scene.probes.is_empty() {
         return;
     }
-    let reactions = Reaction::all(step.model, step.states, step.dt, step.forces[1]);
-    let reading = Reading { model: step.model, state: step.states[1], forces: step.forces[1], reactions: &reactions };
+    let reactions = Reaction::all(step.model, step.states, [step.time - step.dt, step.time], step.forces[1], &[]);
+    let reading = Reading { model: step.model, time: step.time, state: step.states[1], forces: step.forces[1], reactions: &reactions };
     let mut values = Vec::new();
     for probe in &scene.probes {
         probe.read(&reading, &mut values);

@@ -55,8 +55,10 @@ impl<'a> Watch<'a> {
             reads_reactions: quantities.any(|&quantity| quantity == Quantity::Reaction),
             before: None,
             forces: vec![JointForce::default(); model.joints.len()],
+            contact_forces: Vec::new(),
+            contacts: Vec::new(),
         };
-        watch.read(model, state, time, &[]);
+        watch.read(model, state, time, &[], &[]);
         Some(watch)
     }
 
@@ -64,8 +66,13 @@ impl<'a> Watch<'a> {
     pub(crate) fn observe(&mut self, model: &Model, state: &State, simulation: &Simulation) {
         let mut forces = std::mem::take(&mut self.forces);
         simulation.store_joint_forces(&mut forces);
-        self.read(model, state, simulation.time(), &forces);
-        self.forces = forces;
+        let mut contacts = std::mem::take(&mut self.contacts);
+        if self.reads_reactions && !model.contacts.is_empty() {
+            simulation.store_contact_forces(&mut self.contact_forces);
+            contact_wrenches(&self.contact_forces, state, &mut contacts);
+        }
+        self.read(model, state, simulation.time(), &forces, &contacts);
+        (self.forces, self.contacts) = (forces, contacts);
     }
 
     /// What the probes have read; `None` where there are none.
@@ -73,17 +80,17 @@ impl<'a> Watch<'a> {
         (!self.probes.is_empty()).then_some(&self.found)
     }
 
-    fn read(&mut self, model: &Model, state: &State, time: f64, forces: &[JointForce]) {
+    fn read(&mut self, model: &Model, state: &State, time: f64, forces: &[JointForce], contacts: &[Wrench]) {
         if let Some(envelope) = &mut self.envelope {
             envelope.observe(model, state, forces);
         }
         let mut reactions = Vec::new();
         if let Some((before, earlier)) = self.before.as_ref().filter(|_| !forces.is_empty()) {
-            reactions = Reaction::all(model, [earlier, state], time - before, forces);
+            reactions = Reaction::all(model, [earlier, state], [*before, time], forces, contacts);
         }
         let mut values = Vec::new();
         for probe in self.probes {
-            probe.read(&Reading { model, state, forces, reactions: &reactions }, &mut values);
+            probe.read(&Reading { model, time, state, forces, reactions: &reactions }, &mut values);
             let columns = probe.quantities.iter().flat_map(|quantity| quantity.columns());
             let found = self.found.entry(probe.name.clone()).or_default();
             for (&column, &value) in columns.zip(&values).filter(|(_, value)| value.is_finite()) {

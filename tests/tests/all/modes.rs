@@ -10,6 +10,7 @@ use solver::integrator::Integrator;
 use solver::modes::{Mode, modes, modes_telling};
 use solver::simulation::{Settings, Simulation};
 use solver::statics::StaticParams;
+use solver::step::Status;
 
 /// Thin, so that rotary inertia and shear are nothing.
 fn thin(segments: usize) -> Beam {
@@ -135,7 +136,7 @@ fn a_taut_string_sounds_its_overtones() {
 /// Shear is softer than stretch here: what turns the frames in which both are measured changes the frequency by up to 7 %.
 #[test]
 fn a_stretched_cord_has_the_frequencies_of_its_own_motion() {
-    for (strain, torsion) in [(0.01, 3e5), (0.1, 3e5), (0.3, 3e5), (0.6, 1e6)] {
+    for (strain, torsion) in [(0.01, 3e5), (0.1, 3e5), (0.3, 1e6), (0.6, 1e6)] {
         let scene = scene::parse(
             &format!(
                 "gravity_m_s2 = [0, 0, 0]\n[[rods]]\nradius_m = 0.002\nyoungs_modulus_pa = 1e6\ntorsion_modulus_pa = {torsion}\n\
@@ -167,7 +168,8 @@ fn a_stretched_cord_has_the_frequencies_of_its_own_motion() {
                 zeros.push((step as f64 - now / (now - before)) * dt);
             }
             before = now;
-            simulation.step(dt).unwrap();
+            let status = simulation.step(dt).unwrap().status;
+            assert!(status <= Status::ConvergedInSubsteps, "strain {strain}: {status:?}");
         }
         let measured = 0.5 * (zeros.len() - 1) as f64 / (zeros[zeros.len() - 1] - zeros[0]);
         println!("strain {strain}: mode {} Hz, motion {measured} Hz", mode.frequency());

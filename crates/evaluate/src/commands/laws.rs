@@ -129,7 +129,8 @@ fn show(found: &Found) -> Result<()> {
         found.contacts
     );
     let headings = "feature | #scenes | #unsolved % | #solved in parts % | #break a law %";
-    let features = table(["random", "Scenes by what they have", &caption], headings, rows, report::Conditions::default());
+    let features =
+        table(["random", "Scenes by what they have", &caption], headings, rows, report::Conditions::default());
     let laws = found.by_law().into_iter();
     let laws = laws.map(|(law, count)| [law.to_string(), count.to_string()].map(report::Cell::from).to_vec()).collect();
     let laws = table(["laws", "Scenes that break a law", ""], "law | #scenes", laws, report::Conditions::default());

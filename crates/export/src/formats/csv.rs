@@ -145,7 +145,7 @@ fn write_reactions(
     (index, frame): (usize, &Frame),
     (before, state): (f64, &State),
 ) -> io::Result<()> {
-    let Frame { time, state: after, forces, contacts } = frame;
+    let Frame { time, state: after, forces, contacts, .. } = frame;
     for Reaction { body, force, moment, parts } in
         Reaction::all(model, [state, after], [before, *time], forces, contacts)
     {

@@ -100,6 +100,9 @@ pub(super) fn descend(
         if report.movement.is_nan() {
             break;
         }
+        if std::env::var("DBG").is_ok() {
+            eprintln!("{} movement {:e} change {:e} least {} saddle {} placed {} size {:e}", report.steps, report.movement, contacts.change, shift.is_least(), tried.is_saddle, are_placed, tried.size);
+        }
         let is_open =
             contacts.change > params.tolerance * descent.lengths.iter().copied().fold(f64::INFINITY, f64::min);
         if report.movement > params.tolerance || is_open || waits || !are_placed {
