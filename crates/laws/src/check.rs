@@ -278,7 +278,13 @@ fn probes(scene: &Scene, step: &Step<'_>, broken: &mut Vec<Broken>) {
         return;
     }
     let reactions = Reaction::all(step.model, step.states, [step.time - step.dt, step.time], step.forces[1], &[]);
-    let reading = Reading { model: step.model, time: step.time, state: step.states[1], forces: step.forces[1], reactions: &reactions };
+    let reading = Reading {
+        model: step.model,
+        time: step.time,
+        state: step.states[1],
+        forces: step.forces[1],
+        reactions: &reactions,
+    };
     let mut values = Vec::new();
     for probe in &scene.probes {
         probe.read(&reading, &mut values);

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use export::Envelope;
-use rod::{JointForce, Model, Probe, Quantity, Reaction, Reading, State};
+use rod::{JointForce, Model, Probe, Quantity, Reaction, Reading, State, Wrench};
 use serde::Serialize;
-use solver::simulation::Simulation;
+use solver::simulation::{ContactForce, Simulation, contact_wrenches};
 
 /// What one column of a probe reads over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -32,6 +32,9 @@ pub(crate) struct Watch<'a> {
     before: Option<(f64, State)>,
     /// What joints transmit at the end of the last step.
     forces: Vec<JointForce>,
+    /// Memory for what presses on what, and for what that gives to segments.
+    contact_forces: Vec<ContactForce>,
+    contacts: Vec<Wrench>,
 }
 
 impl<'a> Watch<'a> {

@@ -101,7 +101,16 @@ pub(super) fn descend(
             break;
         }
         if std::env::var("DBG").is_ok() {
-            eprintln!("{} movement {:e} change {:e} least {} saddle {} placed {} size {:e}", report.steps, report.movement, contacts.change, shift.is_least(), tried.is_saddle, are_placed, tried.size);
+            eprintln!(
+                "{} movement {:e} change {:e} least {} saddle {} placed {} size {:e}",
+                report.steps,
+                report.movement,
+                contacts.change,
+                shift.is_least(),
+                tried.is_saddle,
+                are_placed,
+                tried.size
+            );
         }
         let is_open =
             contacts.change > params.tolerance * descent.lengths.iter().copied().fold(f64::INFINITY, f64::min);
