@@ -186,6 +186,12 @@ impl Browser {
         ready?.context("the page is not ready")
     }
 
+    /// Shows a page from the disk, by its absolute path, and waits until all of it is there.
+    pub fn show(&mut self, page: &Path) -> Result<()> {
+        self.call("Page.navigate", json!({"url": format!("file://{}", page.display())}))?;
+        self.wait_for("document.readyState === 'complete'")
+    }
+
     /// The value of an expression, which may be a promise.
     ///
     /// # Errors
