@@ -9,9 +9,12 @@
 
 mod body;
 mod channel;
+mod chapter;
 mod coarse;
+mod curve;
 mod decoded;
 mod error;
+mod mark;
 mod obstacle;
 mod page;
 mod quaternion;
@@ -21,10 +24,14 @@ mod store;
 mod track;
 
 pub use channel::{Channel, Range, Scale};
+pub use curve::{Curve, Line};
 pub use decoded::Decoded;
 pub use error::{DecodeError, ViewError};
+pub use mark::Pressing;
 pub use page::write_page;
 pub use quaternion::ORIENTATION_PRECISION;
 pub use recorder::{Frame, Recorder};
 pub use run::Run;
 pub use store::{read_run, write_run};
+
+pub(crate) use recorder::deflated;

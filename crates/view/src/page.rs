@@ -11,9 +11,10 @@ const HTML: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
 
 /// The program, in the order in which its parts use each other.
-const SCRIPT: [&str; 15] = [
+const SCRIPT: [&str; 19] = [
     include_str!("page/text.js"),
     include_str!("page/vectors.js"),
+    include_str!("page/picking.js"),
     include_str!("page/motion.js"),
     include_str!("page/colours.js"),
     include_str!("page/shaders.js"),
@@ -22,9 +23,12 @@ const SCRIPT: [&str; 15] = [
     include_str!("page/tubes.js"),
     include_str!("page/scenery.js"),
     include_str!("page/camera.js"),
+    include_str!("page/marks.js"),
     include_str!("page/renderer.js"),
     include_str!("page/chart.js"),
     include_str!("page/player.js"),
+    include_str!("page/card.js"),
+    include_str!("page/save.js"),
     include_str!("page/controls.js"),
     include_str!("page/main.js"),
 ];
@@ -49,7 +53,10 @@ pub fn write_page(path: &Path, runs: &[Run]) -> Result<(), ExportError> {
             ("{{title}}", title),
             ("{{style}}", STYLE.to_owned()),
             ("{{runs}}", json),
-            ("{{script}}", SCRIPT.concat()),
+            (
+                "{{script}}",
+                SCRIPT.iter().flat_map(|part| part.lines()).filter(is_code).flat_map(|line| [line, "\n"]).collect(),
+            ),
         ];
         let mut rest = HTML;
         for (mark, text) in &parts {
@@ -61,6 +68,11 @@ pub fn write_page(path: &Path, runs: &[Run]) -> Result<(), ExportError> {
         }
         writer.write_all(rest.as_bytes())
     })
+}
+
+/// Whether a line of the program is more than a comment.
+fn is_code(line: &&str) -> bool {
+    !["//", "/**", "*"].iter().any(|begin| line.trim_start().starts_with(begin))
 }
 
 /// Text for an element of HTML.

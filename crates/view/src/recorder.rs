@@ -11,6 +11,9 @@ use rod::{Body, JointForce, Model, State, curvature, successors};
 
 use crate::body::Bodies;
 use crate::channel::{Channel, Range};
+use crate::chapter::Chapter;
+use crate::curve::Curve;
+use crate::mark::{self, Contacts, Grip, Load, Pressing};
 use crate::obstacle::{Moved, Obstacle};
 use crate::run::{Format, Lattice, ORIENTATION, Run, Segments};
 use crate::{coarse, quaternion, track};
@@ -56,6 +59,13 @@ pub struct Recorder {
     values: [Vec<u16>; 4],
     /// Of the obstacles that move.
     moved: Vec<Moved>,
+    rods: Vec<String>,
+    obstacles: Vec<String>,
+    chapters: Vec<Chapter>,
+    curves: Vec<Curve>,
+    grips: Vec<Grip>,
+    loads: Vec<Load>,
+    contacts: Contacts,
 }
 
 impl Recorder {
@@ -76,7 +86,37 @@ impl Recorder {
             positions: Vec::new(),
             orientations: Vec::new(),
             values: Default::default(),
+            rods: Vec::new(),
+            obstacles: Vec::new(),
+            chapters: Vec::new(),
+            curves: Vec::new(),
+            grips: mark::grips(model),
+            loads: mark::loads(model),
+            contacts: Contacts::default(),
         }
+    }
+
+    /// Names what is shown: the rods and rigid bodies by [`rod::Segment::rod`], and the obstacles in their order. What has no
+    /// name is shown by its number.
+    pub fn name(&mut self, rods: Vec<String>, obstacles: Vec<String>) {
+        (self.rods, self.obstacles) = (rods, obstacles);
+    }
+
+    /// Begins a chapter with the next frame; the first one begins before the first frame. The page plays chapters one by
+    /// one, and shows their labels instead of times and frames.
+    pub fn begin_chapter(&mut self, label: &str) {
+        self.chapters.push(Chapter { frame: self.time.len(), label: label.to_owned() });
+    }
+
+    /// Adds the contacts that press in the frame that was pushed last, in its state.
+    pub fn push_contacts(&mut self, state: &State, contacts: impl Iterator<Item = Pressing>) {
+        self.contacts.reach(self.time.len().saturating_sub(1));
+        self.contacts.push(state, contacts);
+    }
+
+    /// Adds a curve over all frames, of which each line has a value.
+    pub fn add_curve(&mut self, curve: Curve) {
+        self.curves.push(curve);
     }
 
     /// Takes over from the run's `model` where its grips have taken hold, before the frames after that.
@@ -100,6 +140,8 @@ impl Recorder {
         if self.model.varies() {
             self.model.set_time(frame.time);
         }
+        mark::hold(&mut self.grips, &self.model, self.time.len() - 1);
+        mark::load(&mut self.loads, &self.model);
         let time = self.time.last().copied().unwrap_or(0.0);
         for moved in &mut self.moved {
             moved.push(&self.model.contacts.obstacles[moved.obstacle].at(time).pose);
@@ -164,7 +206,8 @@ impl Recorder {
     }
 
     /// The run, packed.
-    pub fn finish(self) -> Run {
+    pub fn finish(mut self) -> Run {
+        self.contacts.reach(self.time.len());
         let segments = self.model.segments.len();
         let (low, lattice) = self.lattice();
         let ranges = self.values.each_ref().map(|values| Range::of(values));
@@ -196,13 +239,20 @@ impl Recorder {
             bodies: Bodies::new(&self.model),
             obstacles: self.model.contacts.obstacles.iter().map(|o| Obstacle::from(&o.shape)).collect(),
             obstacle_motions: self.moved,
+            rods: self.rods,
+            obstacle_names: self.obstacles,
+            chapters: self.chapters,
+            curves: self.curves,
+            grips: mark::always(self.grips, self.time.len()),
+            loads: mark::constant(self.loads),
+            contacts: self.contacts.packed(),
             time: self.time,
             energy: self.energy,
             length_ratio: self.length_ratio,
             iterations: self.iterations,
             lattice,
             ranges,
-            data: STANDARD.encode(deflate(&data)),
+            data: deflated(&data),
         }
     }
 
@@ -231,10 +281,10 @@ fn drawn(model: &Model) -> Segments {
     Segments { length, radius, next, rod: model.segments.iter().map(|s| s.rod).collect() }
 }
 
-/// A zlib stream of `data`.
-fn deflate(data: &[u8]) -> Vec<u8> {
+/// A zlib stream of `data`, in base64.
+pub(crate) fn deflated(data: &[u8]) -> String {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
     // Writing into memory cannot fail; a stream that did would be seen as damaged by `Run::decode`.
     let _ = encoder.write_all(data);
-    encoder.finish().unwrap_or_default()
+    STANDARD.encode(encoder.finish().unwrap_or_default())
 }

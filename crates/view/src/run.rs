@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::Bodies;
 use crate::channel::{Channel, Range};
+use crate::chapter::{self, Chapter};
+use crate::curve::Curve;
+use crate::mark::{self, Contacts, Grip, Load};
 use crate::obstacle::{Moved, Obstacle};
 use crate::{DecodeError, Decoded, track};
 
@@ -45,6 +48,21 @@ pub struct Run {
     /// Rigid bodies; left out where there are none.
     #[serde(default, skip_serializing_if = "Bodies::is_empty")]
     pub(crate) bodies: Bodies,
+    /// Names of rods and bodies, by the numbers in `segments.rod`, and of obstacles; empty where they have none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) rods: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) obstacle_names: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) chapters: Vec<Chapter>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) curves: Vec<Curve>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) grips: Vec<Grip>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) loads: Vec<Load>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) contacts: Option<Contacts>,
     /// Time of each frame [s], ascending.
     pub(crate) time: Vec<f64>,
     /// Of each frame: energy [J], length ratio, iterations; `None` where it was not finite.
@@ -113,6 +131,11 @@ impl Run {
         self.lattice.precision
     }
 
+    /// Its curves beside energy, length and iterations.
+    pub fn curves(&self) -> &[Curve] {
+        &self.curves
+    }
+
     /// The range of a channel's values, and its scale.
     pub fn range(&self, channel: Channel) -> Range {
         self.ranges[channel as usize]
@@ -128,7 +151,7 @@ impl Run {
         let too_large = || DecodeError::new("time", "there are more frames than fit into memory");
         let count = self.frames().checked_mul(segments).ok_or_else(too_large)?;
         let bytes = 3 * self.lattice.bytes + ORIENTATION.0 * ORIENTATION.1 + Channel::ALL.len();
-        let data = self.inflate(count.checked_mul(bytes).ok_or_else(too_large)?)?;
+        let data = inflate(&self.data, count.checked_mul(bytes).ok_or_else(too_large)?)?;
         let mut rest = data.as_slice();
         let mut next = |bytes: usize| {
             let (planes, after) = rest.split_at(bytes * count);
@@ -142,21 +165,6 @@ impl Run {
         let decoded =
             Decoded { segments, origin, step: self.lattice.step, positions, orientations, values, ranges: self.ranges };
         Ok(decoded)
-    }
-
-    /// The tracks, `expected` bytes.
-    fn inflate(&self, expected: usize) -> Result<Vec<u8>, DecodeError> {
-        let damaged = |reason: String| DecodeError::new("data", reason);
-        let packed = STANDARD.decode(&self.data).map_err(|error| damaged(format!("no base64: {error}")))?;
-        let mut data = Vec::new();
-        // One byte more than expected: the end of the stream, and with it the checksum, is read only beyond the last one.
-        let read = ZlibDecoder::new(packed.as_slice()).take(expected as u64 + 1).read_to_end(&mut data);
-        read.map_err(|error| damaged(format!("no zlib stream, or a damaged one: {error}")))?;
-        if data.len() != expected {
-            let found = if data.len() > expected { "more".to_owned() } else { data.len().to_string() };
-            return Err(damaged(format!("{found} bytes, but {expected} belong to the frames and segments")));
-        }
-        Ok(data)
     }
 
     fn validate(&self) -> Result<(), DecodeError> {
@@ -189,7 +197,28 @@ impl Run {
         all("lattice.bytes", matches!(bytes, 2 | 3), "it must be 2 or 3")?;
         self.obstacles.iter().try_for_each(Obstacle::validate)?;
         self.bodies.validate(segments)?;
+        chapter::validate(&self.chapters, frames)?;
+        self.curves.iter().try_for_each(|curve| curve.validate(frames))?;
+        mark::validate(&self.grips, &self.loads, frames, segments)?;
+        if let Some(contacts) = &self.contacts {
+            contacts.validate(frames, segments, inflate)?;
+        }
         self.obstacle_motions.iter().try_for_each(|moved| moved.validate(self.obstacles.len(), frames))?;
         self.ranges.iter().try_for_each(Range::validate)
     }
+}
+
+/// The tracks in a zlib stream in base64, `expected` bytes.
+fn inflate(text: &str, expected: usize) -> Result<Vec<u8>, DecodeError> {
+    let damaged = |reason: String| DecodeError::new("data", reason);
+    let packed = STANDARD.decode(text).map_err(|error| damaged(format!("no base64: {error}")))?;
+    let mut data = Vec::new();
+    // One byte more than expected: the end of the stream, and with it the checksum, is read only beyond the last one.
+    let read = ZlibDecoder::new(packed.as_slice()).take(expected as u64 + 1).read_to_end(&mut data);
+    read.map_err(|error| damaged(format!("no zlib stream, or a damaged one: {error}")))?;
+    if data.len() != expected {
+        let found = if data.len() > expected { "more".to_owned() } else { data.len().to_string() };
+        return Err(damaged(format!("{found} bytes, but {expected} belong to the frames and segments")));
+    }
+    Ok(data)
 }

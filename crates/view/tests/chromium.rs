@@ -1,5 +1,6 @@
 //! The page in a headless Chromium. Without one these tests are ignored, unless REQUIRE_CHROMIUM is set.
 
+mod features;
 mod motions;
 
 use std::collections::HashSet;
@@ -7,6 +8,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use browser::{Browser, Look};
+use features::*;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rod::{Assembly, BodyShape, ObstacleShape, Pose, RigidBody, State};
 use serde_json::Value;
@@ -328,4 +330,14 @@ browser::tests![
     what_a_browser_lacks_is_said,
     odd_names_and_single_frames_are_shown,
     rigid_bodies_are_drawn_as_what_they_are,
+    obstacles_fade_and_hide,
+    the_camera_frames_what_moves,
+    views_from_the_top_the_front_and_the_side,
+    probes_and_reactions_are_curves,
+    a_click_says_what_is_there,
+    modes_have_labels_instead_of_times,
+    grips_loads_and_contacts_are_marked,
+    pictures_and_videos_are_saved,
+    a_phone_shows_help_and_ticks_that_can_be_read,
+    what_a_run_has_not_is_not_offered,
 ];

@@ -6,8 +6,10 @@ use std::path::Path;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use rod::{Assembly, JointForce, Material, Model, RodSpec, State, shape};
-use view::{Channel, Frame, ORIENTATION_PRECISION, Recorder, Run, read_run, write_page, write_run};
+use rod::{Assembly, JointForce, Load, Material, Model, RodSpec, State, shape};
+use view::{
+    Channel, Curve, Frame, Line, ORIENTATION_PRECISION, Pressing, Recorder, Run, read_run, write_page, write_run,
+};
 
 /// A straight rod of so many segments.
 fn rod(segments: usize, radius: f64) -> (Model, State) {
@@ -211,6 +213,54 @@ fn damage_and_foreign_files_are_errors_that_say_what_is_wrong() {
     let missing = folder.path().join("none.json");
     let error = read_run(&missing).unwrap_err().to_string();
     assert!(error.starts_with(&format!("cannot read {}", missing.display())), "{error}");
+}
+
+#[test]
+fn curves_chapters_and_marks_come_back_and_damaged_ones_are_errors() {
+    let (mut model, state) = rod(3, 0.01);
+    model.segments[0].fixed = true;
+    model.loads.push(Load { segment: 2, offset: 0.1, force: Vector3::y(), torque: Vector3::zeros() });
+    let mut recorder = Recorder::new("run", 0.01, &model);
+    recorder.name(vec!["cable".to_owned()], Vec::new());
+    for k in 0..2 {
+        recorder.begin_chapter(&format!("part {k}"));
+        let (time, nothing) = (0.01 * f64::from(k), f64::NAN);
+        let values =
+            Frame { time, state: &state, forces: &[], energy: nothing, length_ratio: nothing, iterations: nothing };
+        recorder.push(&values);
+    }
+    let pressing = Pressing { segment: 1, place: state.positions[1], force: Vector3::z() };
+    // Of too many contacts those that press most are kept; of none of the model's segments, none.
+    let many = (0..300).map(|k| Pressing { force: Vector3::z() * f64::from(k), ..pressing });
+    recorder.push_contacts(&state, many.chain([Pressing { segment: 3, ..pressing }]));
+    let line = Line::new("tip", &[f64::NAN, 1.0 / 3.0]);
+    assert_eq!(line.values(), [None, Some(0.33333)]);
+    let names = ["Probes", "tension", "N"].map(str::to_owned);
+    let [group, label, unit] = names;
+    recorder.add_curve(Curve { group, label, unit, lines: vec![line] });
+    let run = recorder.finish();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("view.json");
+    write_run(&path, &run).unwrap();
+    assert_eq!(read_run(&path).unwrap(), run);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let cases = [
+        ("\"counts\":[0,200]", "\"counts\":[0,201]", "contacts.counts: there must be 2 counts, none above 200"),
+        ("\"counts\":[0,200]", "\"counts\":[0,199]", "data: more bytes, but 2985 belong"),
+        ("\"frame\":1,", "\"frame\":2,", "chapters: they must begin at frames that ascend from 0 and are below 2"),
+        ("[null,0.33333]", "[0.33333]", "curves: \"tension\" must have lines of 2 values each"),
+        ("\"grips\":[{\"segment\":0", "\"grips\":[{\"segment\":3", "grips: each must be a place of a segment"),
+        (
+            "\"force\":[[0.0,1.0,0.0]]",
+            "\"force\":[]",
+            "loads: each must be on a segment, with one finite force or one a frame",
+        ),
+    ];
+    for (from, to, reason) in cases {
+        assert!(text.contains(from), "{from}: {text}");
+        let error = error_of(&path, &text.replace(from, to));
+        assert!(error.contains(reason), "{error}; it should say: {reason}");
+    }
 }
 
 #[test]

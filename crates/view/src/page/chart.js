@@ -1,10 +1,7 @@
-// The strip chart: one line a run over time, and where the player is.
+// The strip chart: lines of the runs over time, and where the player is.
 
-const CURVES = {
-  energy: "Energy [J]",
-  length_ratio: "Length / first length",
-  iterations: "Iterations a step",
-};
+/** Dashes that tell lines of a curve apart where colours tell runs apart. */
+const DASHES = [[], [6, 3], [2, 3], [9, 3, 2, 3]];
 const MARGIN = { left: 64, right: 14, top: 10, bottom: 22 };
 
 class Chart {
@@ -22,11 +19,22 @@ class Chart {
     return this.begin + Math.min(Math.max(share, 0), 1) * (this.end - this.begin);
   }
 
-  /** Lowest and highest of the visible runs' values, with some room. */
-  #range(curve, visible) {
+  /** The lines of a curve, by its key: of each of the runs, in colours and dashes that tell them apart. */
+  lines(curve, runs, theme) {
+    return runs.flatMap((run) => {
+      const motion = this.motions[run];
+      return (motion.curves.get(curve)?.lines ?? []).map(({ name, values }, i) => {
+        const [hue, dash] = this.motions.length > 1 ? [run, i % DASHES.length] : [i, i < RUN_COLOURS ? 0 : 1];
+        return { motion, name, values, colour: theme.runs[hue % RUN_COLOURS], dash: DASHES[dash] };
+      });
+    });
+  }
+
+  /** Lowest and highest of the values of lines, with some room. */
+  #range(lines) {
     let [low, high] = [Infinity, -Infinity];
-    for (const run of visible) {
-      for (const value of this.motions[run].curves[curve]) {
+    for (const { values } of lines) {
+      for (const value of values) {
         if (value === null) continue;
         low = Math.min(low, value);
         high = Math.max(high, value);
@@ -48,12 +56,13 @@ class Chart {
     pen.textBaseline = "middle";
     const [right, bottom] = [width - MARGIN.right, height - MARGIN.bottom];
     const x = (t) => MARGIN.left + ((t - this.begin) / (this.end - this.begin || 1)) * (right - MARGIN.left);
-    const range = this.#range(curve, visible);
+    const lines = this.lines(curve, visible, theme);
+    const range = this.#range(lines);
     this.#times(pen, x, bottom, theme);
     if (range) {
       const y = (value) => bottom - ((value - range[0]) / (range[1] - range[0])) * (bottom - MARGIN.top);
       this.#values(pen, range, y, right, theme);
-      for (const run of visible) this.#line(pen, run, curve, x, y, time, theme);
+      for (const line of lines) this.#line(pen, line, x, y, time);
     } else {
       pen.fillStyle = theme.text("muted");
       pen.textAlign = "center";
@@ -85,10 +94,9 @@ class Chart {
     }
   }
 
-  #line(pen, run, curve, x, y, time, theme) {
-    const motion = this.motions[run];
-    const values = motion.curves[curve];
-    pen.strokeStyle = pen.fillStyle = theme.runs[run % RUN_COLOURS];
+  #line(pen, { motion, values, colour, dash }, x, y, time) {
+    pen.strokeStyle = pen.fillStyle = colour;
+    pen.setLineDash(dash);
     pen.lineWidth = 1.75;
     pen.lineJoin = "round";
     pen.beginPath();

@@ -65,11 +65,14 @@ function recoded(own, shared) {
   return Uint32Array.from(colours, (_, i) => colours[i === UNKNOWN ? UNKNOWN : code(i)]);
 }
 
+/** A colour of the theme as a word. */
+const paint = (theme, name) => word(theme.colour[name].map((c) => Math.round(255 * c)));
+
 /** What the style sheet says now: colours as [r, g, b] to 1, and as text for the canvas of the chart. */
 function readTheme() {
   const style = getComputedStyle(document.documentElement);
   const text = (name) => style.getPropertyValue(`--${name}`).trim();
-  const names = ["sky", "ground", "line", "obstacle", "shadow", "ink", "muted", "grid", "surface", "axis"];
+  const names = ["load", "contact", "sky", "ground", "line", "obstacle", "shadow", "ink", "muted", "grid", "surface", "axis"];
   const colour = Object.fromEntries(names.map((name) => [name, parseColour(text(name)).map((c) => c / 255)]));
   const runs = Array.from({ length: RUN_COLOURS }, (_, i) => text(`s${i}`));
   return { colour, text, runs, stripe: Number(text("stripe")) };

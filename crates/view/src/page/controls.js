@@ -43,13 +43,34 @@ class Controls {
     };
     choice("speed", SPEEDS.map((speed) => [speed, `${speed}×`]), (value) => (page.player.speed = Number(value)));
     element("speed").value = page.player.speed;
+    const { chapters } = page.player;
+    const named = chapters.map(({ label }, i) => [i, label]);
+    choice("chapter", [["all", "All"], ...named], (value) => page.player.choose(value === "all" ? null : Number(value)));
     choice("colour", page.kinds(), (value) => page.setColour(value));
-    const known = Object.keys(CURVES).filter((key) => motions.some((motion) => motion.curves[key].some((v) => v !== null)));
-    choice("curve", known.map((key) => [key, CURVES[key]]), (value) => page.setCurve(value));
-    page.curve = known[0];
-    element("curve").closest("label").hidden = element("chart").hidden = known.length === 0;
+    this.#curves(motions);
+    choice("obstacles", OBSTACLES, (value) => page.setObstacles(value));
+    // What no run has is not spoken of.
+    const has = { obstacles: ({ obstacles }) => obstacles.length > 0, marks: ({ hasMarks }) => hasMarks, chapters: ({ chapters }) => chapters.length > 0 };
+    for (const [what, inRun] of Object.entries(has))
+      for (const part of document.querySelectorAll(`.of-${what}`)) part.hidden = !motions.some(inRun);
     element("layout-label").hidden = motions.length < 2;
     element("layout").addEventListener("change", (event) => page.setBeside(event.target.value === "beside"));
+  }
+
+  /** The choice of curves, by groups. */
+  #curves(motions) {
+    const { page } = this;
+    this.curves = new Map(motions.flatMap((motion) => [...motion.curves]));
+    const groups = new Map();
+    for (const [value, { group, label }] of this.curves) {
+      if (!groups.has(group)) groups.set(group, group ? make("optgroup", { label: group }) : element("curve"));
+      groups.get(group).append(make("option", { value, textContent: label }));
+    }
+    groups.delete("");
+    element("curve").append(...groups.values());
+    element("curve").addEventListener("change", (event) => page.setCurve(event.target.value));
+    page.curve = this.curves.keys().next().value;
+    element("curve").closest("label").hidden = element("chart").hidden = this.curves.size === 0;
   }
 
   #buttons() {
@@ -58,7 +79,10 @@ class Controls {
     pressed("play", () => page.player.toggle());
     pressed("loop", () => this.#loop());
     pressed("stripe", () => page.setStripe(!page.stripe));
-    pressed("reset", () => page.resetView());
+    for (const view of [...Object.keys(VIEWS), "reset"]) pressed(view, () => page.resetView(view));
+    pressed("marks", () => page.setMarks(!page.marks));
+    pressed("save-picture", () => page.saver.picture());
+    pressed("save-video", () => page.saver.video());
     pressed("help-open", () => element("help").showModal());
   }
 
@@ -98,9 +122,19 @@ class Controls {
       ",": () => this.#faster(-1),
       ".": () => this.#faster(1),
       r: () => page.resetView(),
+      t: () => page.resetView("top"),
+      f: () => page.resetView("front"),
+      d: () => page.resetView("side"),
       c: () => page.nextColour(),
       s: () => page.setStripe(!page.stripe),
       l: () => this.#loop(),
+      g: () => page.setMarks(!page.marks),
+      p: () => page.saver.picture(),
+      v: () => page.saver.video(),
+      Escape: () => page.choose(null),
+      PageUp: () => this.#chapter(-1),
+      PageDown: () => this.#chapter(1),
+      o: () => page.nextObstacles(),
       "?": () => element("help").showModal(),
     };
     let action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
@@ -117,15 +151,29 @@ class Controls {
     element("speed").value = player.speed = SPEEDS[place];
   }
 
+  /** The time of the frame shown, or the label of its chapter. */
+  said() {
+    const { player } = this.page;
+    const end = player.leader.time.at(-1);
+    return player.label ?? `${player.time.toFixed(this.decimals)} / ${end.toFixed(this.decimals)} s`;
+  }
+
+  /** Goes on to another chapter, if there are any. */
+  #chapter(by) {
+    const { player } = this.page;
+    const last = player.chapters.length - 1;
+    if (last >= 0) player.choose(Math.min(Math.max((player.chapter ?? -1) + by, 0), last));
+  }
+
   /** Says which frame is shown, and whether it plays. */
   showFrame() {
     const { player } = this.page;
     const scrubber = element("scrubber");
-    const end = player.leader.time.at(-1);
-    const times = `${player.time.toFixed(this.decimals)} / ${end.toFixed(this.decimals)} s`;
     scrubber.value = player.frame;
-    scrubber.setAttribute("aria-valuetext", `Frame ${player.frame} of ${player.frames - 1}, ${player.time.toFixed(this.decimals)} s`);
-    element("clock").replaceChildren(times, make("small", { textContent: `frame ${player.frame} / ${player.frames - 1}` }));
+    const frame = `frame ${player.frame} / ${player.frames - 1}`;
+    scrubber.setAttribute("aria-valuetext", `${frame}, ${this.said()}`);
+    element("clock").replaceChildren(this.said(), ...(player.label === undefined ? [make("small", { textContent: frame })] : []));
+    element("chapter").value = player.chapter ?? "all";
     element("play").setAttribute("aria-label", player.playing ? "Pause" : "Play");
     element("play-icon").setAttribute("d", player.playing ? PAUSE_ICON : PLAY_ICON);
   }
@@ -139,12 +187,49 @@ class Controls {
       swatch.hidden = colour !== "run";
     });
     element("colour").value = colour;
+    element("obstacles").value = page.obstacles;
     element("layout").value = page.beside ? "beside" : "overlaid";
     element("stripe").setAttribute("aria-pressed", page.stripe);
-    element("note").textContent = `Grid ${formatNumber(renderer.scenery.spacing, 1)} m`;
-    element("chart").setAttribute("aria-label", `${CURVES[page.curve]} over time`);
+    element("marks").setAttribute("aria-pressed", page.marks);
+    this.#note();
+    if (page.curve) this.#curveLegend();
     this.#bar();
     this.#panes();
+  }
+
+  /** Says how large a cell of the grid is, and what marks mean. */
+  #note() {
+    const { page } = this;
+    const { scenery, forceScale } = page.renderer;
+    const cell = `${formatNumber(scenery.spacing, 1)} m`;
+    const parts = [make("span", { textContent: `Grid ${cell}` })];
+    const sign = (className, text) => parts.push(make("span", {}, make("i", { className }), text));
+    const shown = page.marks ? page.pictures().flat().map((run) => page.motions[run]) : [];
+    if (shown.some(({ grips }) => grips.length > 0)) sign("grip", "Grips");
+    if (shown.some(({ loads }) => loads.length > 0)) sign("load", "Loads");
+    const pressed = shown.filter(({ contacts }) => contacts);
+    const most = pressed.find(({ contacts }) => contacts.most)?.contacts.most;
+    if (pressed.length > 0) sign("contact", most ? `Contact forces, the ${most} largest` : "Contact forces");
+    if (page.marks && forceScale > 0) parts.push(make("span", { textContent: `${formatNumber(forceScale, 1)} N is as long as ${cell}` }));
+    element("note").replaceChildren(...parts);
+  }
+
+  /** Says what the lines of the chart are, where they are several or have names. */
+  #curveLegend() {
+    const { page } = this;
+    const { label } = this.curves.get(page.curve);
+    element("chart").setAttribute("aria-label", `${label} over time`);
+    // Of several runs each has a colour of its own, and dashes tell the lines of all apart.
+    const first = page.pictures().flat().find((run) => page.motions[run].curves.has(page.curve));
+    const lines = page.chart.lines(page.curve, [first ?? 0], page.theme).filter(({ name }) => name);
+    const entry = ({ name, colour, dash }) => {
+      const swatch = make("span", { className: "swatch" });
+      swatch.style.borderTop = `2px ${dash.length > 0 ? (dash[0] < 4 ? "dotted" : "dashed") : "solid"}`;
+      swatch.style.borderColor = page.motions.length > 1 ? "" : colour;
+      return make("span", {}, swatch, name);
+    };
+    element("curve-legend").hidden = lines.length === 0;
+    element("curve-legend").replaceChildren(make("b", { textContent: label }), ...lines.map(entry));
   }
 
   #bar() {
@@ -165,6 +250,15 @@ class Controls {
       return mark;
     };
     element("bar-ticks").replaceChildren(...shares.map(tick));
+    // Where ticks are wide, the ends and the middle count most.
+    const marks = [...element("bar-ticks").children];
+    const taken = [];
+    for (const pair of [[0, 4], [2], [1, 3]].map((pair) => pair.flatMap((i) => marks[i] ?? []))) {
+      const own = pair.map((mark) => mark.getBoundingClientRect());
+      const overlap = own.some(({ left, right }) => taken.some((other) => left < other.right + 8 && other.left < right + 8));
+      for (const mark of pair) mark.style.visibility = overlap ? "hidden" : "";
+      if (!overlap) taken.push(...own);
+    }
   }
 
   /** Frames and names of the pictures that stand side by side. */

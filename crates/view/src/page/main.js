@@ -7,25 +7,32 @@ class Page {
     this.colour = this.kinds()[0][0];
     this.beside = false;
     this.stripe = true;
+    this.obstacles = motions.some((motion) => motion.hidesRods()) ? "faded" : "solid";
+    this.marks = false;
+    this.chosen = null;
     this.moved = this.stale = true;
     this.renderer = new Renderer(element("picture"), motions);
     this.camera = this.renderer.camera;
     this.chart = new Chart(element("chart"), motions);
     this.player = new Player(motions, () => this.#frameChanged());
     this.controls = new Controls(this);
+    this.card = new Card(this, Math.max(0, 3 - Math.ceil(Math.log10(this.camera.radius))));
+    this.saver = new Saver(this);
     this.#readTheme();
-    attachGestures(element("picture"), this.camera, (x, y) => this.#pictureAt(x, y), () => this.#moved());
+    attachGestures(element("picture"), this.camera, (x, y) => this.#pictureAt(x, y), () => this.#moved(), (...at) => this.choose(this.pick(...at)));
     this.#watch();
     this.renderer.resize();
-    this.camera.reset(this.renderer.aspect(1));
-    this.player.seek(0);
+    this.resetView();
+    // Of modes the first one swings, rather than all in turns.
+    if (this.player.chapters.length > 1) this.player.choose(1);
+    else this.player.seek(0);
     this.draw(0);
   }
 
   #watch() {
     const changed = () => {
       this.renderer.resize();
-      if (!this.touched) this.camera.reset(this.renderer.aspect(this.pictures().length));
+      if (!this.touched) this.resetView(this.view);
       this.#changed();
     };
     new ResizeObserver(changed).observe(element("view"));
@@ -86,9 +93,48 @@ class Page {
     this.#changed();
   }
 
+  setObstacles(obstacles) {
+    this.obstacles = obstacles;
+    this.#changed();
+  }
+
+  nextObstacles() {
+    const all = OBSTACLES.map(([key]) => key);
+    this.setObstacles(all[(all.indexOf(this.obstacles) + 1) % all.length]);
+  }
+
+  setMarks(marks) {
+    this.marks = marks;
+    this.#changed();
+  }
+
+  /** Shows the card of what is chosen: a run, and its segment or its obstacle; or of nothing, null. */
+  choose(chosen) {
+    this.chosen = chosen;
+    this.#changed();
+  }
+
+  /** What is meant at a place of the page. */
+  pick(x, y, pointer = "mouse") {
+    // What was asked for since the last picture is where it will be seen.
+    if (this.stale) this.draw(performance.now());
+    const pane = this.#pictureAt(x, y);
+    const sight = this.camera.sight((2 * (x - pane.x)) / pane.width, (2 * (pane.y - y)) / pane.height, pane.width / pane.height, pane.height);
+    const near = NEAR[pointer] ?? NEAR.mouse;
+    return picked(sight, this.renderer, pane.runs, (run) => this.player.frameOf(run), this.obstacles, near);
+  }
+
+  /** Says something for a while. */
+  say(text) {
+    element("said").textContent = text;
+    element("said").hidden = false;
+    clearTimeout(this.saying);
+    this.saying = setTimeout(() => (element("said").hidden = true), 6000);
+  }
+
   setBeside(beside) {
     this.beside = beside;
-    this.resetView();
+    this.resetView(this.view);
   }
 
   show(run, visible) {
@@ -96,9 +142,11 @@ class Page {
     this.#changed();
   }
 
-  resetView() {
+  /** Frames all that moves, as at the start or in one of `VIEWS`. */
+  resetView(view) {
     this.touched = false;
-    this.camera.reset(this.renderer.aspect(this.pictures().length));
+    this.view = view;
+    this.camera.reset(this.renderer.aspect(this.pictures().length), view);
     this.#changed();
   }
 
@@ -107,12 +155,25 @@ class Page {
     this.#moved();
   }
 
-  /** Middle and height of the picture at a place of the page, in pixels of the page. */
+  /** Where a place of the world [m] is on the page, in its first picture [px]. */
+  project(place) {
+    const { left, top, width, height } = element("picture").getBoundingClientRect();
+    const [, , wide, high] = this.renderer.panes(this.pictures().length)[0];
+    const { toClip } = this.camera.view(this.renderer.aspect(this.pictures().length));
+    const [x, y, z] = subtract(place, this.renderer.centre);
+    const [across, up, , away] = [0, 1, 2, 3].map((row) => toClip[row] * x + toClip[4 + row] * y + toClip[8 + row] * z + toClip[12 + row]);
+    return [left + ((1 + across / away) / 2) * wide * width, top + ((1 - up / away) / 2) * high * height];
+  }
+
+  /** The picture at a place of the page: its middle and sizes in pixels of the page, and its runs. */
   #pictureAt(x, y) {
     const { left, bottom, width, height } = element("picture").getBoundingClientRect();
-    const panes = this.renderer.panes(this.pictures().length).map(([aside, up, wide, high]) => ({
+    const pictures = this.pictures();
+    const panes = this.renderer.panes(pictures.length).map(([aside, up, wide, high], i) => ({
+      runs: pictures[i],
       x: left + (aside + wide / 2) * width,
       y: bottom - (up + high / 2) * height,
+      width: wide * width,
       height: high * height,
     }));
     const away = (pane) => Math.hypot(pane.x - x, pane.y - y);
@@ -148,18 +209,30 @@ class Page {
     this.requested = undefined;
     this.player.advance(now);
     const { player, theme } = this;
-    const pictures = this.pictures();
-    const visible = pictures.flat();
+    const visible = this.pictures().flat();
     if (this.stale) {
-      for (const run of visible) this.renderer.runs[run].update(player.frameOf(run), this.colourings[run]);
+      const { chosen, renderer } = this;
+      const ink = paint(theme, "ink");
+      for (const run of visible) {
+        const own = this.colourings[run];
+        const marked = chosen?.run === run ? (frame, segment) => (segment === chosen.segment ? ink : own(frame, segment)) : own;
+        renderer.runs[run].update(player.frameOf(run), marked);
+        if (this.marks) renderer.marks[run]?.update(player.frameOf(run), { load: paint(theme, "load"), contact: paint(theme, "contact"), grip: ink });
+      }
       this.renderer.scenery.update((run) => player.frameOf(run));
       if (this.renamed) this.controls.showChoices();
       this.controls.showFrame();
+      this.card.show(chosen);
       if (this.curve) this.chart.draw(this.curve, visible, player.time, theme);
       this.stale = this.renamed = false;
     }
-    this.renderer.draw(pictures, this.stripe);
+    this.drawPicture();
+    this.saver.follow();
     if (player.playing) this.#request();
+  }
+
+  drawPicture() {
+    this.renderer.draw(this.pictures(), this);
   }
 }
 
@@ -182,9 +255,21 @@ function scriptable(page) {
     play: () => player.play(),
     pause: () => player.pause(),
     colour: (key) => page.setColour(key),
+    obstacles: (how) => page.setObstacles(how),
+    view: (name) => page.resetView(name),
     beside: (beside) => page.setBeside(beside),
     position: read("readPosition", 3),
     orientation: read("readOrientation", 4),
+    forces: (shown) => page.setMarks(shown),
+    chapter: (chapter) => player.choose(chapter),
+    pick: (x, y) => page.pick(x, y),
+    marks: (run, frame) => {
+      const marks = [];
+      motions[run].visitForces(frame, (force, _, place) => marks.push([place(), force]));
+      motions[run].visitGrips(frame, (place) => marks.push([place]));
+      return marks;
+    },
+    project: (place) => page.project(place),
     obstacle: (run, frame, index) => motions[run].obstacleAt(index, frame),
   };
 }

@@ -12,6 +12,8 @@ class Player {
     this.leader = motions.reduce((most, motion) => (motion.frames > most.frames ? motion : most));
     this.frames = this.leader.frames;
     this.frame = 0;
+    this.chapters = this.leader.chapters;
+    this.chapter = null;
     this.playing = false;
     this.loop = true;
     this.changed = changed;
@@ -23,6 +25,26 @@ class Player {
   /** Time of the frame shown [s]. */
   get time() {
     return this.leader.time[this.frame];
+  }
+
+  /** First and last frame of what is played: of a chapter, or of all. */
+  get first() {
+    return this.chapter === null ? 0 : this.chapters[this.chapter].frame;
+  }
+
+  get last() {
+    return (this.chapters[this.chapter === null ? Infinity : this.chapter + 1]?.frame ?? this.frames) - 1;
+  }
+
+  /** What the frame shown is called; undefined where there are no chapters. */
+  get label() {
+    return this.chapters.findLast(({ frame }) => frame <= this.frame)?.label;
+  }
+
+  /** Plays a chapter alone, or with null all of them. */
+  choose(chapter) {
+    this.chapter = chapter;
+    this.seek(this.first);
   }
 
   /** The frame of a run that is shown. */
@@ -54,10 +76,10 @@ class Player {
   /** Plays, from the start if it stands at the end. */
   play() {
     if (this.frames < 2) return;
-    if (this.frame === this.frames - 1) this.frame = 0;
+    if (this.frame >= this.last || this.frame < this.first) this.frame = this.first;
     this.playing = true;
     this.clock = this.time;
-    this.last = undefined;
+    this.before = undefined;
     this.changed();
   }
 
@@ -75,19 +97,21 @@ class Player {
   advance(now) {
     if (!this.playing) return;
     const { time } = this.leader;
-    const [first, end] = [time[0], time.at(-1)];
+    const first = time[this.first];
+    // A mode swings on: from its last frame to its first one it is as far as from one to the next.
+    const end = this.chapter === null ? time[this.last] : time[this.last] + (time[this.last] - first) / Math.max(this.last - this.first, 1);
     // A page that was hidden does not jump.
-    if (this.last !== undefined) this.clock += Math.min((now - this.last) / 1000, 0.25) * this.speed;
-    this.last = now;
+    if (this.before !== undefined) this.clock += Math.min((now - this.before) / 1000, 0.25) * this.speed;
+    this.before = now;
     if (this.clock > end) {
       if (!this.loop || end <= first) {
-        this.frame = this.frames - 1;
+        this.frame = this.last;
         this.pause();
         return;
       }
       this.clock = first + ((this.clock - first) % (end - first));
     }
-    const frame = this.leader.frameAt(this.clock);
+    const frame = Math.min(this.leader.frameAt(this.clock), this.last);
     if (frame === this.frame) return;
     this.frame = frame;
     this.changed();

@@ -1,6 +1,10 @@
 // Draws the runs into the canvas: ground, shadows, obstacles, tubes, walls.
 
 const MOST_PIXELS_PER_POINT = 2;
+/** How much is seen of a faded obstacle where one looks straight at it. */
+const GLASS = 0.16;
+/** How obstacles are drawn. */
+const OBSTACLES = [["solid", "Solid"], ["faded", "Faded"], ["hidden", "Hidden"]];
 
 class Renderer {
   constructor(canvas, motions) {
@@ -9,10 +13,12 @@ class Renderer {
     const boxes = motions.map((motion) => motion.box());
     const low = [0, 1, 2].map((k) => Math.min(...boxes.map((box) => box.low[k])));
     const high = [0, 1, 2].map((k) => Math.max(...boxes.map((box) => box.high[k])));
-    this.box = { low, high };
     this.centre = scaled(add(low, high), 0.5);
-    const points = motions.flatMap((motion) => motion.outline(this.centre));
-    this.camera = new Camera({ low: subtract(low, this.centre), high: subtract(high, this.centre) }, points);
+    this.box = { low: [...low], high: [...high] };
+    for (const motion of motions) motion.visitStill(widening(this.box));
+    const about = ({ low, high }) => ({ low: subtract(low, this.centre), high: subtract(high, this.centre) });
+    const all = (visits) => surrounding(this.centre, (visit) => motions.forEach((motion) => motion[visits](visit)));
+    this.camera = new Camera(about({ low, high }), about(this.box), all("visitMoving"), all("visitStill"));
     const wishes = { antialias: true, alpha: false, stencil: true, powerPreference: "high-performance" };
     this.gl = canvas.getContext("webgl2", wishes);
     if (!this.gl) throw new Error("This page draws with WebGL 2, which this browser does not offer or has switched off.");
@@ -28,9 +34,20 @@ class Renderer {
     this.bodyShadowProgram = compiled(gl, withShadow(BODY_VERTEX), SHADOW_FRAGMENT);
     this.planeProgram = compiled(gl, PLANE_VERTEX, PLANE_FRAGMENT);
     this.runs = motions.map((motion) => new RunTubes(gl, motion, this.centre));
-    this.scenery = new Scenery(gl, motions, this.box, this.centre, this.camera.radius);
+    this.scenery = new Scenery(gl, motions, this.box, this.centre, this.camera);
+    this.runMarks = undefined;
     gl.enable(gl.DEPTH_TEST);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+  }
+
+  /** The marks of each run, made when they are first asked for. */
+  get marks() {
+    if (this.runMarks) return this.runMarks;
+    const { spacing, reach } = this.scenery;
+    this.forceScale ??= forceScale(this.motions, spacing, this.camera.radius);
+    const perNewton = this.forceScale > 0 ? spacing / this.forceScale : 0;
+    const made = (motion) => (motion.hasMarks ? new RunMarks(this.gl, motion, this.centre, reach, perNewton) : null);
+    return (this.runMarks = this.motions.map(made));
   }
 
   /** Colours as the style sheet says now. */
@@ -62,8 +79,11 @@ class Renderer {
     this.ratio = ratio;
   }
 
-  /** Draws pictures side by side, each a list of indices of runs. */
-  draw(pictures, stripe) {
+  /**
+   * Draws pictures side by side, each a list of indices of runs, with stripes and with marks or without; `obstacles` is one
+   * of `OBSTACLES`.
+   */
+  draw(pictures, { stripe, obstacles, marks }) {
     const { gl, canvas, theme } = this;
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(...theme.colour.sky, 1);
@@ -76,14 +96,15 @@ class Renderer {
       const view = this.camera.view(width / height);
       view.pixel = (0.9 * this.ratio * 2 * SLOPE) / height;
       const runs = picture.map((run) => this.runs[run]);
-      const bodies = [...runs.map((run) => run.bodies), this.scenery.bodies];
-      this.#picture(runs.map((run) => run.tubes), bodies, view, stripe);
+      const shown = marks ? picture.map((run) => this.marks[run]).filter((own) => own) : [];
+      this.#picture(runs.map((run) => run.tubes), runs.map((run) => run.bodies), shown, view, { stripe, obstacles });
     });
   }
 
-  #picture(tubes, bodies, view, stripe) {
+  #picture(tubes, bodies, marks, view, { stripe, obstacles }) {
     const { gl, scenery, theme } = this;
-    const solids = scenery.solid ? [...tubes, scenery.solid] : tubes;
+    const round = scenery.solid ? [scenery.solid] : [];
+    const solid = obstacles === "solid";
     const { ground } = scenery;
     // From below one looks through the ground.
     const strength = dot(ground.normal, view.eye) > ground.offset ? 1 : 0.25;
@@ -92,7 +113,7 @@ class Renderer {
     gl.enable(gl.BLEND);
     const plane = this.#use(this.planeProgram, view);
     const fill = (alpha) => [...theme.colour.ground, alpha * strength];
-    scenery.drawPlane(plane, ground, scenery.extent, fill(scenery.isGround ? 1 : 0.55), [...theme.colour.line, strength]);
+    scenery.drawPlane(plane, ground, scenery.extent, fill(scenery.isGround && obstacles !== "hidden" ? 1 : 0.55), [...theme.colour.line, strength]);
 
     gl.enable(gl.STENCIL_TEST);
     gl.stencilFunc(gl.EQUAL, 0, 255);
@@ -105,30 +126,40 @@ class Renderer {
       return shadow;
     };
     shadows(this.shadowProgram);
-    for (const set of solids) set.draw();
+    for (const set of solid ? [...tubes, ...round] : tubes) set.draw();
     const bodyShadow = shadows(this.bodyShadowProgram);
-    for (const set of bodies) set.draw(bodyShadow);
+    for (const set of solid ? [...bodies, scenery.bodies] : bodies) set.draw(bodyShadow);
     gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.BLEND);
 
     gl.enable(gl.DEPTH_TEST);
-    const tube = this.#use(this.tubeProgram, view);
-    gl.uniform3fv(tube.eye, view.eye);
-    gl.uniform1f(tube.stripe, stripe ? theme.stripe : 0);
-    for (const set of tubes) set.draw();
-    gl.uniform1f(tube.stripe, stripe && scenery.turns ? theme.stripe : 0);
-    if (scenery.solid) scenery.solid.draw();
-    const body = this.#use(this.bodyProgram, view);
-    gl.uniform3fv(body.eye, view.eye);
-    for (const set of bodies) set.draw(body);
+    this.#surfaces(tubes, bodies, view, stripe, 0);
+    this.#surfaces(marks.map(({ arrows }) => arrows), [], view, false, 0);
+    this.#surfaces(marks.map(({ dots }) => dots), [], { ...view, pixel: DOT * view.pixel }, false, 0);
+    const striped = stripe && scenery.turns;
+    if (solid) this.#surfaces(round, [scenery.bodies], view, striped, 0);
 
     gl.enable(gl.BLEND);
     gl.depthMask(false);
+    // All are of one colour: which is drawn first does not show.
+    if (obstacles === "faded") this.#surfaces(round, [scenery.bodies], view, striped, GLASS);
     const wall = this.#use(this.planeProgram, view);
     const colours = [[...theme.colour.ground, 0.4], [...theme.colour.line, 0.6]];
-    for (const side of scenery.walls) scenery.drawPlane(wall, side, 1.5 * scenery.reach, ...colours);
+    for (const side of obstacles === "hidden" ? [] : scenery.walls) scenery.drawPlane(wall, side, 1.5 * scenery.reach, ...colours);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
+  }
+
+  #surfaces(tubes, bodies, view, stripe, glass) {
+    const { gl } = this;
+    for (const [program, sets] of [[this.tubeProgram, tubes], [this.bodyProgram, bodies]]) {
+      if (sets.length === 0) continue;
+      const places = this.#use(program, view);
+      gl.uniform3fv(places.eye, view.eye);
+      gl.uniform1f(places.stripe, stripe ? this.theme.stripe : 0);
+      gl.uniform1f(places.glass, glass);
+      for (const set of sets) set.draw(places);
+    }
   }
 
   #use({ program, places }, view) {

@@ -5,11 +5,12 @@ const GROUND_STEEPNESS = 0.5;
 const LIGHT = normalized([0.22, -0.32, 1]);
 const LEVEL = [[1, 0, 0], [0, 1, 0]];
 
-/** Planes, tubes and meshes of obstacles, about the centre of a scene of `reach` [m]. */
+/** Planes, tubes and meshes of obstacles, about the centre of a scene that a camera looks at. */
 class Scenery {
-  constructor(gl, motions, box, centre, reach) {
+  constructor(gl, motions, box, centre, { radius, reach }) {
     this.gl = gl;
-    this.reach = reach;
+    // What is far around is no reason for a wide grid.
+    this.reach = Math.min(reach, 2 * radius);
     this.centre = centre;
     const seen = new Set();
     const all = motions.flatMap((motion, run) => motion.obstacles.map((obstacle, index) => {
@@ -23,9 +24,9 @@ class Scenery {
     const planes = obstacles.filter((obstacle) => obstacle.isPlane).map((source) => ({ source, ...this.#planeAt(source, 0) }));
     const ground = planes.find((plane) => plane.normal[2] > GROUND_STEEPNESS);
     this.isGround = ground !== undefined;
-    this.ground = ground ?? { normal: [0, 0, 1], offset: box.low[2] - centre[2], axes: LEVEL, slide: [0, 0] };
-    this.walls = planes.filter((plane) => plane !== ground && (plane.source.moves || Math.abs(plane.offset) < 3 * reach));
-    this.spacing = niceBelow(reach / 4);
+    this.ground = ground ?? { normal: [0, 0, 1], offset: Math.max(box.low[2] - centre[2], -3 * radius), axes: LEVEL, slide: [0, 0] };
+    this.walls = planes.filter((plane) => plane !== ground && (plane.source.moves || Math.abs(plane.offset) < 3 * this.reach));
+    this.spacing = niceBelow(this.reach / 4);
     this.moving = planes.filter((plane) => plane.source.moves);
     const isMesh = ({ motion, index }) => motion.obstacles[index].kind === "mesh";
     this.round = obstacles.filter((obstacle) => !obstacle.isPlane && !isMesh(obstacle));
@@ -99,7 +100,7 @@ class Scenery {
 
   /** Colours the round obstacles and the meshes. */
   paint(theme) {
-    const colour = word(theme.colour.obstacle.map((c) => Math.round(255 * c)));
+    const colour = paint(theme, "obstacle");
     this.colour = colour;
     this.bodies.paint(colour);
     if (!this.solid) return;

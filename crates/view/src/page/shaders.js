@@ -59,11 +59,14 @@ flat in vec3 base;
 uniform vec3 eye;
 uniform vec3 light;
 uniform float stripe;                     // 0: none; otherwise how light it is
+uniform float glass;                      // 0: opaque; otherwise how much is seen of it where one looks straight at it
 out vec4 result;
 
 void main() {
   vec3 n = normalize(normal);
   vec3 v = normalize(eye - place);
+  // Of what is open one sees the inside.
+  if (dot(n, v) < 0.0) n = -n;
   vec3 paint = pow(base, vec3(2.2));
   // A tube of a few pixels shows neither stripe nor dark edges. It is thin all along, or nowhere: no dashes.
   float angle = abs(atan(around.y, around.x));
@@ -79,7 +82,8 @@ void main() {
   float gloss = pow(max(dot(n, normalize(light + v)), 0.0), 40.0);
   float edge = mix(mix(0.85, 0.5, thick), 1.0, smoothstep(0.0, 0.45, facing));
   vec3 lit = paint * (0.6 * sun + mix(0.25, 0.5, sky) + 0.25 * facing) * edge;
-  result = vec4(pow(lit + 0.06 * gloss, vec3(1.0 / 2.2)), 1.0);
+  float alpha = glass > 0.0 ? mix(0.6, glass, smoothstep(0.0, 0.7, facing)) : 1.0;
+  result = vec4(pow(lit + 0.06 * gloss, vec3(1.0 / 2.2)), alpha);
 }`;
 
 const SHADOW_FRAGMENT = `#version 300 es

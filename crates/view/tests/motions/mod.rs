@@ -4,7 +4,9 @@
 use std::sync::Arc;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
-use rod::{Body, Carried, InnerDamping, Joint, JointForce, Model, Obstacle, ObstacleShape, Segment, State, Surface};
+use rod::{
+    Body, Carried, InnerDamping, Joint, JointForce, Mesh, Model, Obstacle, ObstacleShape, Pose, Segment, State, Surface,
+};
 use view::{Frame, Recorder, Run};
 
 /// A segment and how it hangs on its parent's end.
@@ -125,6 +127,11 @@ impl Motion {
 
     /// The same, the rods as they are at other times.
     pub(crate) fn record_at(&self, name: &str, frames: usize, rate: f64, of_rods: impl Fn(f64) -> f64) -> Run {
+        self.recorder(name, frames, rate, of_rods).finish()
+    }
+
+    /// The same, to which more can be added.
+    pub(crate) fn recorder(&self, name: &str, frames: usize, rate: f64, of_rods: impl Fn(f64) -> f64) -> Recorder {
         let mut recorder = Recorder::new(name, 1.0 / rate, &self.model);
         for frame in 0..frames {
             let time = frame as f64 / rate;
@@ -135,7 +142,7 @@ impl Motion {
             let iterations = if frame == 0 { f64::NAN } else { 2.0 + f64::from(u8::from(frame % 17 == 0)) };
             recorder.push(&Frame { time, state: &state, forces: &forces, energy, length_ratio, iterations });
         }
-        recorder.finish()
+        recorder
     }
 }
 
@@ -174,6 +181,35 @@ pub(crate) fn driven() -> Motion {
         obstacle.motion = Some(Carried::new(Arc::new(way)));
     }
     motion
+}
+
+/// A straight rod along z in a vessel, a tube of triangles that is open at both ends, a tenth of it on either side outside.
+pub(crate) fn catheter() -> Motion {
+    const SIDES: u32 = 24;
+    let mut motion = Motion::new(Vector3::zeros());
+    let mut parent = None;
+    for _ in 0..40 {
+        let still = [0.0002, 1.0, 0.0];
+        parent = Some(motion.bone(0, 0.01, 0.004, Bone { parent, turn: UnitQuaternion::identity(), sway: still }));
+    }
+    let places = (0..2 * SIDES).map(|i| {
+        let angle = std::f64::consts::TAU * f64::from(i / 2) / f64::from(SIDES);
+        Vector3::new(0.03 * angle.cos(), 0.03 * angle.sin(), if i % 2 == 0 { 0.04 } else { 0.36 })
+    });
+    let sides = (0..SIDES).flat_map(|i| {
+        let [a, b, c, d] = [2 * i, 2 * i + 1, 2 * ((i + 1) % SIDES), 2 * ((i + 1) % SIDES) + 1];
+        [[a, c, b], [b, c, d]]
+    });
+    let mesh = Arc::new(Mesh::new(places.collect(), sides.collect()).expect("a surface"));
+    let pose = Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() };
+    motion.model.contacts.obstacles = vec![Obstacle::new(ObstacleShape::Mesh { pose, mesh }, Surface::default())];
+    motion
+}
+
+/// An obstacle that goes on at a velocity [m/s].
+pub(crate) fn moving(obstacle: Obstacle, velocity: Vector3<f64>) -> Obstacle {
+    let way = rod::Motion::at_velocities(&obstacle.at(0.0).pose, &[(0.0, velocity, Vector3::zeros())]);
+    Obstacle { motion: Some(Carried::new(Arc::new(way.expect("finite velocities")))), ..obstacle }
 }
 
 /// A tree of a trunk and branches on branches, thinner and thinner, of 1,061 segments.
