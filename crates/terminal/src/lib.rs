@@ -2,6 +2,7 @@
 //! panics where nobody reads them, and a progress bar.
 
 mod flags;
+mod lines;
 mod progress;
 
 use std::fmt::Arguments;

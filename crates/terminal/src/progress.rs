@@ -1,10 +1,13 @@
 //! Progress on the terminal, and Ctrl-C.
 
+use std::io::{self, IsTerminal};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use indicatif::ProgressBar;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::lines::Lines;
 
 /// How long further Ctrl-C count as the first: nobody who presses it twice in a hurry wants to lose the results.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -13,7 +16,10 @@ const PATIENCE: Duration = Duration::from_secs(1);
 static STOPPED: AtomicBool = AtomicBool::new(false);
 
 /// A bar that ends early where the user asks to stop.
-pub struct Progress(ProgressBar);
+pub struct Progress {
+    bar: ProgressBar,
+    lines: Option<Lines>,
+}
 
 impl Progress {
     /// A [`bar`](crate::bar). Ctrl-C asks to stop and keeps the results; once more, after a second, gives them up.
@@ -31,7 +37,17 @@ impl Progress {
             Err(ctrlc::Error::MultipleHandlers) => {}
             other => other.context("cannot listen to Ctrl-C")?,
         }
-        Ok(Self(bar))
+        Ok(Self { bar, lines: None })
+    }
+
+    /// The same with a line every ten seconds where standard error is not a terminal, as in a job's log.
+    ///
+    /// # Errors
+    /// As [`Progress::new`].
+    pub fn with_lines(length: usize, unit: &str, quiet: bool) -> Result<Self> {
+        let progress = Self::new(length, unit, quiet)?;
+        let lines = (!quiet && !io::stderr().is_terminal()).then(|| Lines::new(length, unit));
+        Ok(Self { lines, ..progress })
     }
 
     /// One of them done. Returns whether to go on.
@@ -41,8 +57,24 @@ impl Progress {
 
     /// So many of them done. Returns whether to go on.
     pub fn advance_by(&self, count: usize) -> bool {
-        self.0.inc(count as u64);
+        self.bar.inc(count as u64);
+        if let Some(lines) = &self.lines {
+            lines.advance_by(count);
+        }
         !self.stopped()
+    }
+
+    /// Says what goes on now that is not counted, such as "writing a.csv".
+    pub fn beside(&self, what: &str) {
+        if let Some(lines) = &self.lines {
+            lines.beside(what);
+        }
+        if !self.bar.is_hidden()
+            && let Ok(style) = ProgressStyle::with_template("{msg}, {elapsed} gone in all")
+        {
+            self.bar.set_style(style);
+            self.bar.set_message(what.to_owned());
+        }
     }
 
     /// Whether the user asked to stop.
@@ -52,7 +84,7 @@ impl Progress {
 
     /// Takes the bar away and returns whether the user asked to stop.
     pub fn finish(self) -> bool {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
         self.stopped()
     }
 }
