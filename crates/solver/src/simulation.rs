@@ -30,6 +30,8 @@ use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::topology::Topology;
 
 pub use crate::contact::{ContactForce, Overlap, Overlapped, Touched, contact_wrenches};
+pub use holds::{Taken, TimedGrip};
+
 pub use crate::contact_params::{ContactParams, ContactParamsError};
 
 /// How to simulate.

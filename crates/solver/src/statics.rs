@@ -13,7 +13,7 @@ mod params;
 pub mod path;
 pub mod rest;
 
-use rod::{Model, State};
+use rod::{JointForce, Model, State};
 
 use crate::component::{Component, Members, split};
 use crate::contact::ContactForce;
@@ -47,6 +47,8 @@ pub struct StaticReport {
     pub stable: Option<bool>,
     /// What presses on segments of sets that are at rest, in the order of the connected sets.
     pub contacts: Vec<ContactForce>,
+    /// What each joint transmits, one entry a joint of the model.
+    pub forces: Vec<JointForce>,
 }
 
 /// Brings `state` to equilibrium; velocities are set to zero. Rods that lie in an obstacle come out of it.
@@ -64,6 +66,7 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
     state.velocities.fill(nalgebra::Vector3::zeros());
     state.angular_velocities.fill(nalgebra::Vector3::zeros());
     let mut report = StaticReport { converged: true, stable: Some(true), ..StaticReport::default() };
+    report.forces.resize(model.joints.len(), JointForce::default());
     for (members, topology) in split(model) {
         let topology = std::sync::Arc::new(topology);
         let still = || {
@@ -110,6 +113,7 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
         report.movement = report.movement.max(own.movement);
         report.stable = report.stable.zip(own.stable).map(|(all, own)| all && own);
         component.store_state(state, &members, 0);
+        component.store_joint_forces(&mut report.forces, &members, 0);
     }
     Ok(report)
 }

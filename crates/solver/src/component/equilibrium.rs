@@ -50,6 +50,12 @@ impl Component<f64> {
         self.pushed = vec![Spatial::zero(); poses.len()];
     }
 
+    /// Makes what joints transmit these multipliers, those of a step of one second.
+    pub(crate) fn transmit(&mut self, forces: &[Spatial<f64>]) {
+        self.lambda.copy_from_slice(forces);
+        self.last_effective = 1.0;
+    }
+
     /// Evaluates constraints and the balance of all forces and torques, of which `forces` are weight and drag. A step begins
     /// here: [`Component::movement`] is counted from the current poses.
     pub(crate) fn evaluate_equilibrium(&mut self, forces: &[Spatial<f64>]) -> Residuals<f64> {

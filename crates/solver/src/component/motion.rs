@@ -168,11 +168,16 @@ impl<T: Real> Component<T> {
     pub(super) fn tape_motions(&mut self, tape: &mut Tape<'_>) {
         let mut count = self.moved.len();
         tape.count(&mut count);
-        // A snapshot may have more or fewer.
+        let own = if tape.is_reading() { std::mem::take(&mut self.moved) } else { Vec::new() };
+        // A snapshot may have more or fewer, in another order.
         self.moved.resize_with(count, || Moved { lane: 0, body: 0, motion: Motion::Steady(Steady::none()) });
-        for Moved { lane, body, motion } in &mut self.moved {
+        for (k, Moved { lane, body, motion }) in self.moved.iter_mut().enumerate() {
             tape.count(lane);
             tape.count(body);
+            let is_it = |own: &&Moved| own.is_of(*lane, *body);
+            if let Some(own) = own.get(k).filter(is_it).or_else(|| own.iter().find(is_it)) {
+                motion.clone_from(&own.motion);
+            }
             motion.tape(tape);
         }
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Body, Driven, Model, Motion, Pose};
 
 use super::{Simulation, SimulationError};
@@ -16,8 +16,48 @@ use crate::snapshot::Tape;
 pub(super) struct Scheduled {
     /// Index into [`Model::motions`].
     index: usize,
+    /// As the model has it.
+    given: Arc<Driven>,
+    /// As it has taken hold, and let go.
     driven: Arc<Driven>,
     phase: Phase,
+    taken: Option<Taken>,
+}
+
+impl Scheduled {
+    fn grip(&self) -> TimedGrip {
+        TimedGrip { motion: self.index, taken: self.taken, until: self.driven.until }
+    }
+}
+
+/// Where and when a grip has taken hold of its body on the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taken {
+    /// Pose of the body then.
+    pub pose: Pose,
+    /// Where a motion that moves along with its body was moved to [m].
+    pub centre: Vector3<f64>,
+    /// When [s].
+    pub time: f64,
+}
+
+/// What has become of one of the model's grips with times.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimedGrip {
+    /// Index into [`Model::motions`].
+    pub motion: usize,
+    /// Where and when it took hold; `None` where it has not, or holds from the start.
+    pub taken: Option<Taken>,
+    /// When it lets go, or has let go [s].
+    pub until: f64,
+}
+
+impl TimedGrip {
+    /// The grip as it was and will be, from that of the model.
+    pub fn of(&self, given: &Driven) -> Driven {
+        let taken = self.taken.map(|Taken { pose, centre, time }| given.taken(&pose, &centre, time));
+        Driven { until: self.until, ..taken.unwrap_or_else(|| given.clone()) }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +77,8 @@ pub(super) fn schedule(model: &Model) -> Vec<Scheduled> {
     timed
         .map(|(index, driven)| {
             let phase = if driven.begins_by(0.0) { Phase::Holds } else { Phase::Waits };
-            Scheduled { index, driven: Arc::new(driven.clone()), phase }
+            let given = Arc::new(driven.clone());
+            Scheduled { index, driven: given.clone(), given, phase, taken: None }
         })
         .collect()
 }
@@ -135,6 +176,11 @@ impl Simulation {
         }
     }
 
+    /// What has become of the model's grips with times, in the order of [`Model::motions`].
+    pub fn timed_grips(&self) -> Vec<TimedGrip> {
+        self.schedule.iter().map(Scheduled::grip).collect()
+    }
+
     /// Lets go and takes hold of what is due when a step begins now.
     pub(super) fn keep_schedule(&mut self) -> Result<(), SimulationError> {
         let now = self.time;
@@ -162,7 +208,9 @@ impl Simulation {
             for (k, pose) in bodies.into_iter().zip(&poses) {
                 let driven = self.schedule[k].driven.taken(pose, &centre, now);
                 self.change(driven.body, Change::Drive(&driven))?;
-                (self.schedule[k].driven, self.schedule[k].phase) = (Arc::new(driven), Phase::Holds);
+                let own = &mut self.schedule[k];
+                (own.driven, own.phase) = (Arc::new(driven), Phase::Holds);
+                own.taken = Some(Taken { pose: *pose, centre, time: now });
             }
         }
         Ok(())
@@ -174,9 +222,12 @@ impl Simulation {
             let mut phase = Phase::ALL.iter().position(|phase| *phase == own.phase).unwrap_or_default();
             tape.count(&mut phase);
             own.phase = Phase::ALL.get(phase).copied().unwrap_or(own.phase);
-            let mut driven = Some(own.driven.clone());
-            tape.motion(&mut driven);
-            own.driven = driven.unwrap_or(own.driven.clone());
+            let mut grip = own.grip();
+            tape_grip(tape, &mut grip);
+            if tape.is_reading() && grip != own.grip() {
+                own.driven = Arc::new(grip.of(&own.given));
+                own.taken = grip.taken;
+            }
         }
         let bodies = (0..self.held.len()).map(Body::Segment).chain((0..self.open.len()).map(Body::Anchor));
         for body in bodies {
@@ -188,10 +239,19 @@ impl Simulation {
                 let _ = self.change(body, if then { Change::Hold } else { Change::LetGo });
             }
         }
+        // The motions of a file are the model's, moved to where they took hold.
+        for k in 0..self.schedule.len() {
+            let Scheduled { driven, phase, .. } = &self.schedule[k];
+            if tape.is_reading() && *phase == Phase::Holds {
+                let driven = driven.clone();
+                let _ = self.change(driven.body, Change::Drive(&driven));
+            }
+        }
     }
 
-    /// Pose of a body of the model; `None` of an anchor that no joint holds on to.
-    fn pose(&mut self, body: Body) -> Option<Pose> {
+    /// Pose of a body of the model; of an open grip where it would close now. `None` of an anchor that no joint holds on to.
+    /// Nothing changes; it is mutable because open grips are looked up first.
+    pub fn pose(&mut self, body: Body) -> Option<Pose> {
         self.pieces.iter_mut().find_map(|piece| piece.pose(body))
     }
 
@@ -222,4 +282,24 @@ impl Simulation {
         }
         Ok(())
     }
+}
+
+/// Shows a grip to a tape.
+fn tape_grip(tape: &mut Tape<'_>, grip: &mut TimedGrip) {
+    let none = Taken {
+        pose: Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() },
+        centre: Vector3::zeros(),
+        time: 0.0,
+    };
+    let mut has_taken = grip.taken.is_some();
+    tape.flag(&mut has_taken);
+    let mut taken = grip.taken.unwrap_or(none);
+    let Taken { pose, centre, time } = &mut taken;
+    pose.position.iter_mut().chain(centre.iter_mut()).for_each(|x| tape.number(x));
+    let mut turn = *pose.orientation.as_ref();
+    turn.coords.iter_mut().for_each(|x| tape.number(x));
+    pose.orientation = UnitQuaternion::new_unchecked(turn);
+    tape.number(time);
+    tape.number(&mut grip.until);
+    grip.taken = has_taken.then_some(taken);
 }

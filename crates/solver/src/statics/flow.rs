@@ -79,6 +79,7 @@ pub(super) fn relax(
         }
         dt = (dt * (GOOD_TURN / step.turn.max(1e-300)).clamp(0.5, 4.0)).min(longest);
     }
+    component.transmit(&forces);
     report
 }
 

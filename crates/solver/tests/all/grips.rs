@@ -14,6 +14,7 @@ use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
+use solver::snapshot::Snapshot;
 use solver::step::{Status, StepParams};
 use solver::topology::Topology;
 
@@ -246,8 +247,10 @@ fn grips_with_times_take_hold_and_let_go_by_themselves() {
             let resting = Arc::new(Motion::resting(&model.pose(body, &state)));
             model.motions.push(Driven::new(body, resting).between(0.0, 99.0));
         }
-        let mut simulation =
-            Simulation::new(&model, &state, &settings(Formulation::Newton, SolverKind::Direct), None).unwrap();
+        let build =
+            || Simulation::new(&model, &state, &settings(Formulation::Newton, SolverKind::Direct), None).unwrap();
+        let mut simulation = build();
+        let mut snapshots = Vec::new();
         assert_eq!(simulation.in_lanes(), if count > 2 { count } else { 0 });
         let (mut now, mut told) = (state.clone(), model.clone());
         let Body::Segment(i) = segment else { unreachable!() };
@@ -255,6 +258,9 @@ fn grips_with_times_take_hold_and_let_go_by_themselves() {
         for step in 1..=60 {
             steps(&mut simulation, &mut now, 1);
             let time = simulation.time();
+            if [5, 15, 25, 33, 38, 45, 55].contains(&step) {
+                snapshots.push((step, simulation.snapshot().words().to_vec()));
+            }
             // The step from 0.09 s to 0.1 s is the last that is held, that from 0.2 s to 0.21 s the first of the grip.
             assert_eq!(simulation.is_held(segment), Some(step <= 10 || (32..=40).contains(&step)), "step {step}");
             assert_eq!(simulation.is_held(anchor), Some((21..=50).contains(&step)), "step {step}");
@@ -277,6 +283,19 @@ fn grips_with_times_take_hold_and_let_go_by_themselves() {
             }
         }
         assert!(grip.is_some() && simulation.in_lanes() == if count > 2 { count } else { 0 });
+        // As from a file, in whatever state the grips are.
+        for (step, words) in snapshots {
+            let mut other = build();
+            other.restore(&Snapshot::from_words(words)).unwrap();
+            let (mut then, mut told_then) = (state.clone(), model.clone());
+            steps(&mut other, &mut then, 60 - step);
+            other.store_model(&mut told_then);
+            assert_eq!(then, now, "from step {step}");
+            assert_eq!(told_then, told, "from step {step}");
+            // What it says of the grips places them, too.
+            let grips = other.timed_grips();
+            assert!(grips.iter().all(|grip| grip.of(&model.motions[grip.motion]) == told.motions[grip.motion]));
+        }
     }
 }
 
