@@ -66,7 +66,8 @@ pub(crate) struct Contact {
     /// Coefficient of friction in this step, once it is chosen: see [`Contact::choose_coefficient`].
     pub(crate) coefficient: f64,
     pub(crate) has_coefficient: bool,
-    /// Mean speeds at which its surfaces slipped past each other in the step before, and in that before it [m/s].
+    /// How fast its surfaces move past each other at the start of this step, and how fast they did at that of the step before
+    /// [m/s]; zero where friction is the same at rest and sliding.
     pub(crate) slips_at: [Vec3<f64>; 2],
     /// From the partner to the segment.
     pub(crate) normal: Vec3<f64>,
@@ -431,17 +432,14 @@ impl Contact {
         }
     }
 
-    /// Chooses the coefficient of friction of a step: that of sliding where the surfaces are `meeting` faster than `creep` [m/s], which
-    /// is what a contact that sticks may slip within the tolerance, and where they also slipped so fast in the step before, in the same
-    /// direction as now and as a step earlier; else that at rest. What reverses has been at rest in between, and what a multistep rule
-    /// gives back to a contact that stops is no slip. A new contact has its velocity alone. Within a step the coefficient stays, so that each
+    /// Chooses the coefficient of friction of a step from how fast the surfaces move past each other at its start [m/s]: that of
+    /// sliding above `creep` [m/s], which is what a contact that sticks may slip within the tolerance, else that at rest. Where they
+    /// moved the other way a step before, they have been at rest in between. Within a step the coefficient stays, so that each
     /// step's law is Coulomb's with one.
     pub(crate) fn choose_coefficient(&mut self, meeting: Vec3<f64>, creep: f64) {
-        let [last, before] = self.slips_at;
         let across = meeting - self.normal * meeting.dot(self.normal);
-        let is_fast = |speed: Vec3<f64>| speed.norm_squared() > creep * creep;
-        let slipped = || is_fast(last) && last.dot(across) >= 0.0 && last.dot(before) >= 0.0;
-        let slides = is_fast(across) && (self.pressed == 0 || slipped());
+        let slides = across.norm_squared() > creep * creep && across.dot(self.slips_at[1]) >= 0.0;
+        self.slips_at[0] = across;
         self.coefficient = if slides { self.friction.sliding } else { self.friction.at_rest };
         self.has_coefficient = true;
     }

@@ -397,7 +397,7 @@ impl Stage {
             }
             impact |= presses && contact.pressed < IMPACT;
             contact.pressed = if presses { contact.pressed.saturating_add(1) } else { 0 };
-            contact.slips_at = [contact.slip * (1.0 / self.dt), contact.slips_at[0]];
+            contact.slips_at[1] = contact.slips_at[0];
         }
         self.search.keep();
         self.pressed.clear();

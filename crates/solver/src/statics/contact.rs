@@ -27,6 +27,8 @@ use crate::simulation::SimulationError;
 use crate::tangent::elimination::Elimination;
 use crate::tangent::{BodyRow, Equations, curvature};
 
+/// Overlap that may be left where it does not shrink, in radii.
+const NEGLIGIBLE: f64 = 1e-4;
 /// Depth from which on a rod lies in an obstacle, in radii.
 const OVERLAP: f64 = 1e-3;
 /// k over the stiffness B / l^3 with which a joint bends, and over the largest force in joints by the length of a segment.
@@ -79,6 +81,8 @@ pub(super) struct Contacts {
     reliefs: Vec<f64>,
     /// Largest change of a force in the last solve over k [m].
     pub(super) change: f64,
+    /// What of it is no more than rounding where it does not shrink [m].
+    pub(super) negligible: f64,
 }
 
 /// Refuses what contacts at rest do not know.
@@ -156,6 +160,8 @@ impl Contacts {
         }
         let lengths = (0..members.segments.len()).map(|body| component.length(body));
         let shortest = lengths.fold(f64::INFINITY, f64::min);
+        let thinnest = contacts.iter().map(|contact: &Contact| contact.radius).fold(f64::INFINITY, f64::min);
+        let negligible = NEGLIGIBLE * thinnest;
         let mut reliefs = vec![0.0; obstacles.len()];
         let mut own = Self {
             contacts,
@@ -165,6 +171,7 @@ impl Contacts {
             shortest,
             reliefs: reliefs.clone(),
             change: 0.0,
+            negligible,
         };
         own.evaluate(component);
         for contact in own.contacts.iter().filter(|contact| contact.gap < -OVERLAP * contact.radius) {

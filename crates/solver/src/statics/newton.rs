@@ -86,7 +86,7 @@ pub(super) fn descend(
         contacts.evaluate(component);
         let are_placed = contacts.are_placed();
         let Some(tried) = descent.solve(component, contacts, &residuals, &mut shift) else { break };
-        let before = descent.report.movement;
+        let (before, change_before) = (descent.report.movement, contacts.change);
         contacts.take(&descent.elimination);
         let farthest = contacts.farthest(&descent.elimination);
         let size = if farthest < 1.0 { tried.size.max(1.0 / farthest) } else { tried.size };
@@ -100,20 +100,10 @@ pub(super) fn descend(
         if report.movement.is_nan() {
             break;
         }
-        if std::env::var("DBG").is_ok() {
-            eprintln!(
-                "{} movement {:e} change {:e} least {} saddle {} placed {} size {:e}",
-                report.steps,
-                report.movement,
-                contacts.change,
-                shift.is_least(),
-                tried.is_saddle,
-                are_placed,
-                tried.size
-            );
-        }
-        let is_open =
-            contacts.change > params.tolerance * descent.lengths.iter().copied().fold(f64::INFINITY, f64::min);
+        let shortest = descent.lengths.iter().copied().fold(f64::INFINITY, f64::min);
+        // A contact beside what holds the rod closes slowly, and bears what the grip would bear.
+        let is_closing = contacts.change < 0.9 * change_before || contacts.change > contacts.negligible;
+        let is_open = contacts.change > params.tolerance * shortest && is_closing;
         if report.movement > params.tolerance || is_open || waits || !are_placed {
             continue;
         }
