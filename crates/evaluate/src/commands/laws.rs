@@ -84,7 +84,7 @@ pub(crate) fn random(args: &RandomArgs) -> Result<Outcome> {
     }
     let interrupted = progress.finish();
     if !args.quiet {
-        show(&found)?;
+        show(&found, args.seed)?;
     }
     Ok(match (found.failures.is_empty(), interrupted) {
         (false, _) => Outcome::Faulty,
@@ -113,7 +113,8 @@ fn tell(args: &RandomArgs, failure: &Failure) -> Result<()> {
 }
 
 /// The tables at the end.
-fn show(found: &Found) -> Result<()> {
+fn show(found: &Found, seed: u64) -> Result<()> {
+    let conditions = || report::Conditions::new("seed", seed.to_string());
     let per_cent = |part: u64, share: &Share| format!("{:.1}", 100.0 * part as f64 / share.scenes.max(1) as f64);
     let row = |(name, share): (&str, &Share)| {
         let shares = [share.unsolved, share.in_parts, share.broken].map(|part| per_cent(part, share));
@@ -129,11 +130,10 @@ fn show(found: &Found) -> Result<()> {
         found.contacts
     );
     let headings = "feature | #scenes | #unsolved % | #solved in parts % | #break a law %";
-    let features =
-        table(["random", "Scenes by what they have", &caption], headings, rows, report::Conditions::default());
+    let features = table(["random", "Scenes by what they have", &caption], headings, rows, conditions());
     let laws = found.by_law().into_iter();
     let laws = laws.map(|(law, count)| [law.to_string(), count.to_string()].map(report::Cell::from).to_vec()).collect();
-    let laws = table(["laws", "Scenes that break a law", ""], "law | #scenes", laws, report::Conditions::default());
+    let laws = table(["laws", "Scenes that break a law", ""], "law | #scenes", laws, conditions());
     for block in [features, laws] {
         if let Block::Table(table) = block {
             let words = format!("{}\n{}", table.title, table.caption);
