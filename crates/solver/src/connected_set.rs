@@ -271,7 +271,7 @@ impl Steps for ConnectedSet {
             substeps.push(Substep::of(&self.component, 0));
         }
         finish(&mut self.component, params.formulation, 1.0, &mut self.counters);
-        if status != Status::Converged {
+        if !matches!(status, Status::Converged | Status::TurnLost) {
             self.component.begin_anew(1.0);
         }
         status

@@ -128,7 +128,6 @@ impl Group {
         for lane in (0..members.len()).filter(|&lane| active.lane(lane) >= 0.0 && lost.lane(lane) >= 0.0) {
             if alone.iter().all(|(other, _)| *other != lane) {
                 statuses[lane] = statuses[lane].max(Status::TurnLost);
-                anew.set_lane(lane, 1.0);
             }
         }
         for (lane, substeps) in substeps.iter_mut().enumerate().filter(|(lane, _)| active.lane(*lane) >= 0.0) {

@@ -128,12 +128,13 @@ impl Contacts {
             if component.system.topology.fixed[body] {
                 continue;
             }
-            // Where two segments meet, one end stands for both.
+            // Where two segments meet, one end stands for both, unless the joint gives way across.
             let goes_on = model.joints.iter().zip(0..).any(|(joint, k)| {
                 members.joints.binary_search(&k).is_ok()
                     && joint.b == rod::Body::Segment(index)
                     && matches!(joint.a, rod::Body::Segment(_))
                     && joint.offset_b < 0.0
+                    && joint.shear_compliance <= rod::Joint::RIGID
             });
             for (obstacle, shape) in obstacles.iter().enumerate() {
                 let of_plane = [(!goes_on).then_some(-half), Some(half)];
