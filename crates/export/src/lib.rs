@@ -4,7 +4,8 @@
 //! of it is on the disk ([`write_atomically`]). A trajectory may be larger than memory: [`TrajectoryWriter`] spools its
 //! frames to the disk while the simulation runs, and [`TrajectoryReader`] reads one frame at a time.
 //!
-//! A run has its folder to itself ([`RunFolder`]): what an earlier run left there goes, what is not a run's stays.
+//! A run has its folder to itself ([`RunFolder`]): what an earlier run left there stays until the next
+//! is complete, what is not a run's is never touched.
 //!
 //! Text that must not change unseen is sealed: TOML with its checksum in front ([`seal`], [`unseal`]). Results that took
 //! long are sealed in files named by what they depend on ([`Results`]).
@@ -13,7 +14,6 @@
 //!
 //! This crate sees states and segments of the crate `rod`. It knows no solver and no scene file.
 
-mod centreline;
 mod error;
 mod file;
 mod folder;
@@ -33,7 +33,6 @@ mod tensor;
 mod words;
 mod writer;
 
-pub use centreline::write_centreline;
 pub use error::ExportError;
 pub use file::{write_atomically, write_json};
 pub use formats::{Envelope, Format, write_format, write_probes};

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use serde::Deserialize;
 
 use crate::error::nearest;
-use crate::{Scene, SceneError, parse_refined};
+use crate::{Scene, SceneError, parse_refined, parse_set};
 
 /// Name and first words of a builtin scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -93,13 +93,26 @@ pub fn builtin(name: &str) -> Result<Scene, SceneError> {
     builtin_refined(name, NonZeroUsize::MIN)
 }
 
+/// The builtin scene called `name` after each of the `settings` has put its value in: see [`parse_set`].
+///
+/// # Errors
+/// As [`builtin`] and [`parse_set`].
+pub fn builtin_set(name: &str, settings: &[String]) -> Result<Scene, SceneError> {
+    parse_set(text(name)?, &format!("scenes/{name}.toml"), settings)
+}
+
 /// The builtin scene called `name` with every segment cut into `factor` parts: see [`parse_refined`].
 ///
 /// # Errors
 /// As [`builtin`], or it has too many segments.
 pub fn builtin_refined(name: &str, factor: NonZeroUsize) -> Result<Scene, SceneError> {
+    parse_refined(text(name)?, &format!("scenes/{name}.toml"), factor)
+}
+
+/// The text of the builtin scene called `name`.
+fn text(name: &str) -> Result<&'static str, SceneError> {
     match FILES.iter().find(|(known, _)| *known == name) {
-        Some((_, text)) => parse_refined(text, &format!("scenes/{name}.toml"), factor),
+        Some((_, text)) => Ok(text),
         None => {
             let meant = nearest(name, FILES.iter().map(|(known, _)| *known), ALIKE)
                 .map(|known| format!("; did you mean `{known}`?"))

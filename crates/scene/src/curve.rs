@@ -49,8 +49,8 @@ impl Curve {
         if let Some(points) = self.points.get() {
             return Ok(points);
         }
-        let (text, file) = columns::text(source, &self.file)?;
-        let points = read(&text, &file, self.closed)?;
+        let read = columns::text(source, &self.file).and_then(|(text, file)| read(&text, &file, self.closed));
+        let points = source.of_file(self.file.span(), read)?;
         Ok(self.points.get_or_init(|| points))
     }
 }

@@ -31,6 +31,14 @@ pub enum SceneError {
         /// The key, its value and what is allowed.
         message: String,
     },
+    /// A setting ([`crate::parse_set`]) is no key and value of the file, or its value is not allowed.
+    #[error("{setting}: {message}")]
+    Setting {
+        /// The setting.
+        setting: String,
+        /// What is wrong, and what is allowed.
+        message: String,
+    },
     /// There is no builtin scene of that name.
     #[error("there is no builtin scene `{name}`{meant} (there are {known})")]
     UnknownBuiltin {
@@ -52,7 +60,7 @@ pub(crate) const AT_MOST: &str = "1e30 in size at most";
 const ALIKE: f64 = 0.75;
 
 /// Of the `known` names that one which may have been meant: the most alike, if it is more so than `least` (of 0 to 1).
-pub(crate) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>, least: f64) -> Option<&'a str> {
+pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>, least: f64) -> Option<&'a str> {
     let likeness = |known: &&str| strsim::jaro_winkler(name, known);
     known.filter(|known| likeness(known) > least).max_by(|a, b| likeness(a).total_cmp(&likeness(b)))
 }
@@ -115,6 +123,19 @@ impl Source<'_> {
             (_, None) => at(one_line(message)),
         };
         self.invalid(span.start, message)
+    }
+
+    /// What was read of the file that the value at `span` names: a mistake in it says where it is named, too.
+    pub(crate) fn of_file<T>(&self, span: Range<usize>, read: Result<T>) -> Result<T> {
+        read.map_err(|mistake| match (mistake, self.invalid(span.start, String::new())) {
+            (SceneError::Invalid { file, line, message }, SceneError::Invalid { line: here, .. })
+                if file != self.file =>
+            {
+                let message = format!("{message} (the file that {}:{here} names)", self.file);
+                SceneError::Invalid { file, line, message }
+            }
+            (mistake, _) => mistake,
+        })
     }
 
     pub(crate) fn finite(&self, value: &Spanned<f64>, unit: &str) -> Result<f64> {

@@ -26,6 +26,7 @@ mod contact;
 mod copies;
 mod curve;
 pub mod defaults;
+mod entries;
 mod error;
 mod format;
 mod given;
@@ -43,6 +44,7 @@ mod refine;
 mod rods;
 pub mod sampling;
 mod section;
+mod set;
 mod shape;
 mod strain;
 mod strands;
@@ -50,9 +52,11 @@ mod table;
 mod text;
 mod tree;
 
-pub use builtin::{Builtin, builtin, builtin_refined, builtins};
-pub use error::SceneError;
+pub use builtin::{Builtin, builtin, builtin_refined, builtin_set, builtins};
+pub use entries::line_of;
+pub use error::{SceneError, nearest};
 pub use origin::Origin;
+pub use set::parse_set;
 pub use text::SceneText;
 
 use refine::Refinement;
@@ -116,9 +120,17 @@ pub struct RodInfo {
 /// # Errors
 /// The file cannot be read, or what [`parse`] finds wrong.
 pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+    load_set(path, &[])
+}
+
+/// The scene file at `path` after each of the `settings` has put its value in: see [`parse_set`].
+///
+/// # Errors
+/// The file cannot be read, or as [`parse_set`].
+pub fn load_set(path: impl AsRef<Path>, settings: &[String]) -> Result<Scene, SceneError> {
     let file = path.as_ref().display().to_string();
     match std::fs::read_to_string(&path) {
-        Ok(text) => parse(&text, &file),
+        Ok(text) => parse_set(&text, &file, settings),
         Err(source) => Err(SceneError::Read { file, source }),
     }
 }

@@ -36,10 +36,11 @@ pub(crate) fn read(source: &Source, name: &Spanned<String>, scale: f64) -> Resul
         Some("stl") => stl(&bytes()?),
         _ => return source.must_be(name.span(), "a file of triangles, its name ending in .obj or .stl"),
     };
-    parts.and_then(|parts| mesh(parts, scale)).map_err(|(line, message)| {
+    let read = parts.and_then(|parts| mesh(parts, scale)).map_err(|(line, message)| {
         let message = message.replace(char::is_control, " ");
         SceneError::Invalid { file: file.clone(), line, message }
-    })
+    });
+    source.of_file(name.span(), read)
 }
 
 fn mesh(parts: Parts, scale: f64) -> std::result::Result<Mesh, Mistake> {

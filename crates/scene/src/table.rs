@@ -18,8 +18,8 @@ const COLUMNS: [&[&str]; 5] = [
 
 /// Reads the file that a scene names, from the scene's own folder on.
 pub(crate) fn read(source: &Source, name: &Spanned<String>) -> Result<Given> {
-    let (text, file) = columns::text(source, name)?;
-    given(&text, &file)
+    let read = columns::text(source, name).and_then(|(text, file)| given(&text, &file));
+    source.of_file(name.span(), read)
 }
 
 /// The course in a table's text; `file` stands in errors.

@@ -4,6 +4,8 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use crate::entries;
+
 /// The text of a scene's file, and the other files that it names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SceneText {
@@ -33,6 +35,11 @@ impl SceneText {
             }
         }
         files
+    }
+
+    /// What the rods of the text do not say of their material, and what it is then, a line each rod: `cable: radius_m = 0.05`.
+    pub fn left_out(&self) -> Vec<String> {
+        entries::left_out(&self.text)
     }
 
     /// The text with other names of these files, from [`SceneText::files`] with the name of each: what it says when it stands in

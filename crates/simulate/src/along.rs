@@ -12,8 +12,9 @@ use serde_json::{Map, Value};
 use solver::statics::path::{PathEnd, PathEvent, PathParams, PathPoint, path};
 
 use crate::Outcome;
+use crate::at_rest::AtRest;
 use crate::cli::StaticArgs;
-use crate::files::{Files, PATH, Wanted};
+use crate::files::PATH;
 use crate::numbers::number;
 use crate::statics::{Sought, begun, params, tell};
 use terminal::{Progress, say};
@@ -65,18 +66,14 @@ fn values(model: &Model, time: f64) -> Vec<(String, f64)> {
 /// Follows the scene's equilibria, writes what was asked for, and prints a report.
 pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
     let scene = begun(&args.rest)?;
-    let wanted =
-        args.out.as_deref().map(|out| Wanted { probes: &scene.probes, table: Some(PATH), ..Wanted::plain(out) });
-    let joints = wanted.as_ref().filter(|wanted| wanted.keeps_forces()).map_or(0, |_| scene.model.joints.len());
-    let open = |wanted| Files::open(wanted, &scene, scene.run.dt, joints, 0.0);
-    let mut files = wanted.map(open).transpose().context("--out")?;
+    let mut files = AtRest::open(args, &scene, scene.run.dt, Some(PATH)).context("--out")?;
     let until = scene.run.dt * scene.run.steps as f64;
     let params = PathParams { rest: params(args), ..PathParams::until(until) };
     let mut rows: Vec<String> = Vec::new();
     let mut refused: Option<Error> = None;
     let mut end_time_s = 0.0;
     let mut model = scene.model.clone();
-    let (progress, mut shown) = (Progress::new(scene.run.steps, "steps", args.rest.json)?, 0);
+    let (progress, mut shown) = (Progress::with_lines(scene.run.steps, "steps", args.rest.json)?, 0);
     let mut each = |point: &PathPoint, state: &State, forces: &[JointForce]| {
         end_time_s = point.time;
         let done = (point.time / scene.run.dt) as usize;
@@ -89,13 +86,12 @@ pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
         let of_course = values(&scene.model, *time).into_iter().map(|(_, x)| format!(",{x:?}"));
         let frame = rows.len() + 1;
         rows.push(format!("{frame},{time:?},{length:?},{unstable},{energy:?}{}", of_course.collect::<String>()));
-        refused = files.writer.push(state, &forces[..joints], *time).err().map(Error::from);
+        refused = files.push(&model, state, (forces, &[]), *time).err();
         refused.is_none() && !progress.stopped()
     };
     let begin = Instant::now();
     let mut state = scene.state.clone();
     let found = path(&scene.model, &mut state, &params, &mut each).with_context(|| scene.name.clone())?;
-    progress.finish();
     let line = |event: &PathEvent| Line {
         kind: event.kind.to_string(),
         time_s: event.time,
@@ -119,7 +115,9 @@ pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
         events: found.events.iter().map(line).collect(),
     };
     let table = |directory: &Path| write_table(directory, &scene, &rows);
-    let closed = files.map(|files| files.close(&scene, &report, refused, table).context("--out")).transpose();
+    let closed =
+        files.map(|files| files.close(&scene, &report, refused, &progress, table).context("--out")).transpose();
+    progress.finish();
     tell(&report, args.rest.json, closed, print)?;
     Ok(match found.end {
         PathEnd::Stopped => Outcome::Interrupted,

@@ -8,6 +8,7 @@ use scene::Scene;
 use serde::Serialize;
 use solver::step::Status;
 
+use crate::held::place;
 use crate::numbers::number;
 
 /// Gap in lengths of a joint from which on a step that has not converged counts, too.
@@ -47,7 +48,7 @@ impl Apart {
         let rigid = widest_gap(model, state).filter(|&(_, gap)| gap > WIDE);
         let Some((joint, gap)) = rigid.or_else(of_any) else { return };
         let joint = &model.joints[joint];
-        let widest = || (stretch_gap(model, state, joint).norm(), [joint.a, joint.b].map(|body| place(scene, body)));
+        let widest = || (stretch_gap(model, state, joint).norm(), [joint.a, joint.b].map(|body| words(scene, body)));
         match noted {
             None => {
                 let (widest_gap_m, between) = widest();
@@ -72,26 +73,26 @@ impl Apart {
     }
 }
 
-/// A body of a model in words.
-pub(crate) fn place(scene: &Scene, body: Body) -> String {
-    let Body::Segment(i) = body else { return "what holds it".to_owned() };
-    let segment = &scene.model.segments[i];
-    match scene.rods.get(segment.rod) {
-        Some(rod) if segment.body.is_some() => rod.name.clone(),
-        Some(rod) => format!("segment {} of {}", i - rod.segments.start, rod.name),
-        None => format!("segment {i}"),
-    }
+/// A body of a joint that is apart, in words.
+fn words(scene: &Scene, body: Body) -> String {
+    if matches!(body, Body::Anchor(_)) { "what holds it".to_owned() } else { place(scene, body) }
 }
 
 impl Display for Apart {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let Self { steps, first_step, widest_step, between: [a, b], .. } = self;
+        let time = number(self.first_time_s);
+        match steps {
+            1 => write!(f, "joints came apart in step {first_step} ({time} s)")?,
+            _ => write!(
+                f,
+                "joints came apart, first in step {first_step} ({time} s), in {steps} steps in all; widest in step {widest_step}"
+            )?,
+        }
         write!(
             f,
-            "joints came apart, first in step {first_step} ({} s), in {steps} steps in all; widest in step {widest_step}: {} \
-             m, {} times the joint's length, between {a} and {b}; look whether what is held is led into something, or \
+            ": {} m, {} times the joint's length, between {a} and {b}; look whether what is held is led into something, or \
              further than the rod reaches; if not, a smaller --dt may help",
-            number(self.first_time_s),
             number(self.widest_gap_m),
             number(self.widest_gap_per_length)
         )

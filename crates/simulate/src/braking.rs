@@ -11,7 +11,7 @@ use scene::Scene;
 use serde::Serialize;
 use solver::integrator::Integrator;
 
-use crate::apart::place;
+use crate::held::place;
 use crate::numbers::{number, share};
 
 /// Part of its energy that it may lose in a turn before a run says so, and the part that it loses at the time step that is

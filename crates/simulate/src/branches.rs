@@ -2,22 +2,25 @@
 
 use std::time::Instant;
 
-use anyhow::{Context, Error, Result};
+use anyhow::{Context, Result};
 use serde::Serialize;
 use solver::statics::branches::{Branch, BranchParams, branches};
+use solver::statics::{StaticParams, equilibrium};
 
 use crate::Outcome;
+use crate::at_rest::AtRest;
 use crate::cli::StaticArgs;
-use crate::files::{Files, Wanted};
 use crate::numbers::{energy_scale, number, unless_noise};
-use crate::statics::{Sought, begun, params, tell};
-use terminal::say;
+use crate::statics::{Sought, begun, params, still, tell};
+use terminal::{Progress, say};
 
 #[derive(Serialize)]
 struct Report {
     #[serde(flatten)]
     sought: Sought,
     branches: Vec<Line>,
+    /// Of what is driven, loads and gravity, in all frames.
+    stands_at_s: f64,
     #[serde(skip)]
     energy_scale_j: f64,
 }
@@ -33,9 +36,9 @@ struct Line {
 
 /// Looks for equilibria, writes what was asked for (the start, then each of them), and prints a report.
 pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
-    let scene = begun(&args.rest)?;
-    let wanted = args.out.as_deref().map(Wanted::plain);
-    let mut files = wanted.map(|wanted| Files::open(wanted, &scene, 1.0, 0, 0.0)).transpose().context("--out")?;
+    let scene = still(begun(&args.rest)?);
+    let progress = Progress::new(1, "equilibria", true)?;
+    let mut files = AtRest::open(args, &scene, 1.0, None).context("--out")?;
     let asked = BranchParams { rest: params(args), ..BranchParams::default() };
     let begin = Instant::now();
     let found = branches(&scene.model, &scene.state, &asked).with_context(|| scene.name.clone())?;
@@ -48,13 +51,19 @@ pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
     let report = Report {
         sought: Sought::new(&scene, !found.branches.is_empty(), found.solves, begin),
         branches: found.branches.iter().map(line).collect(),
+        stands_at_s: 0.0,
         energy_scale_j: energy_scale(&scene.model, &scene.state),
     };
     let mut closed = Ok(None);
     if let Some(mut files) = files.take() {
-        let mut push = |(k, branch): (usize, &Branch)| files.writer.push(&branch.state, &[], (k + 1) as f64);
-        let refused = found.branches.iter().enumerate().try_for_each(&mut push).err().map(Error::from);
-        closed = files.close(&scene, &report, refused, |_| Ok(())).context("--out").map(Some);
+        let mut push = |(k, branch): (usize, &Branch)| {
+            // Its forces are found by staying there.
+            let params = StaticParams { leave_unstable: false, ..asked.rest };
+            let there = equilibrium(&scene.model, &mut branch.state.clone(), &params)?;
+            files.push(&scene.model, &branch.state, (&there.forces, &there.contacts), (k + 1) as f64)
+        };
+        let refused = found.branches.iter().enumerate().try_for_each(&mut push).err();
+        closed = files.close(&scene, &report, refused, &progress, |_| Ok(())).context("--out").map(Some);
     }
     tell(&report, args.rest.json, closed, print)?;
     Ok(if report.sought.converged { Outcome::Done } else { Outcome::NotConverged })

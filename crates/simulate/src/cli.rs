@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use catalogue::{GuessName, Sources};
-use clap::{Args, Parser, Subcommand};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use dataset::Scenario;
 use export::Format;
 use scene::{Origin, Scene};
@@ -15,6 +16,7 @@ use solver::statics::StaticMethod;
 
 use crate::files::{MODES, Wanted};
 use crate::learned_start::Begin;
+use crate::plots;
 use crate::solver_name::SolverName;
 use terminal::{positive, threads};
 
@@ -45,7 +47,7 @@ pub(crate) enum Command {
     View(ViewArgs),
     /// Write files for other programs of a run that is on the disk.
     Export(ExportArgs),
-    /// Find the shape in which a scene comes to rest: on planes, spheres and capsules, too, without friction.
+    /// Find the shape in which a scene comes to rest, and the forces in it: on planes, spheres and capsules, too, without friction.
     Static(StaticArgs),
     /// Find the natural frequencies and shapes in which a scene without contacts vibrates about its equilibrium.
     Modes(ModesArgs),
@@ -59,12 +61,8 @@ pub(crate) struct SceneArgs {
     /// the COPINGNet paper [default: the scene of the run that --from names, else bending-rod].
     #[arg(value_name = "SCENE.toml | NAME")]
     pub(crate) scene: Option<String>,
-    /// Seed of a random scene: another number draws another one [default: 0].
-    #[arg(long, value_parser = whole::<u64>, allow_hyphen_values = true)]
-    pub(crate) seed: Option<u64>,
-    /// Which of the scenes of a seed [default: 0].
-    #[arg(long, value_parser = whole::<u64>, allow_hyphen_values = true)]
-    pub(crate) index: Option<u64>,
+    #[command(flatten)]
+    pub(crate) of: OfScene,
     #[command(flatten)]
     pub(crate) begin: BeginArgs,
     /// Number of time steps [default: the scene's]. With 0 the scene is checked, and nothing moves.
@@ -108,12 +106,28 @@ pub(crate) struct SceneArgs {
     pub(crate) quiet: bool,
 }
 
+/// Which of the scenes of a name, and what is changed in it.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct OfScene {
+    /// Seed of a random scene: another number draws another one [default: 0].
+    #[arg(long, value_parser = whole::<u64>, allow_hyphen_values = true)]
+    pub(crate) seed: Option<u64>,
+    /// Which of the scenes of a seed [default: 0].
+    #[arg(long, value_parser = whole::<u64>, allow_hyphen_values = true)]
+    pub(crate) index: Option<u64>,
+    /// Change a key of the scene's file: rods.cable.youngs_modulus_pa=2e7, rods[0].radius_m=0.01, gravity_m_s2=[0,0,-1.62]. A
+    /// rod, body, obstacle or probe is named or counted from 0, the value is TOML. Give the flag once for each key.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
 /// Where a scene begins, if not as it says itself.
 #[derive(Args, Debug)]
 pub(crate) struct BeginArgs {
-    /// Begin with the positions and velocities that another run of the scene, or `simulate static`, has left in its folder:
-    /// with its last frame, or with FOLDER@K for frame K, counted from 0. Time begins anew. After a run with --snapshot,
-    /// FOLDER goes on with the same bits as if that run had not ended, and time goes on, too [default: the scene's].
+    /// Begin where another run of the scene, or `simulate static`, has left off. After a run with --snapshot or
+    /// --snapshot-every the run goes on from FOLDER with the same bits as if that one had not ended, and time goes on, too. Else,
+    /// and with FOLDER@K, it begins with the positions and velocities of the last frame, or of frame K, counted from 0, in that
+    /// folder's trajectory.safetensors, and time is 0 again [default: the scene's].
     #[arg(long, value_name = "FOLDER[@K]")]
     pub(crate) from: Option<Origin>,
 }
@@ -167,10 +181,16 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) times: bool,
     /// Keep every N-th step's frame, and the last one, in all files [default: the scene's, else every one].
-    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    #[arg(long, value_name = "N", value_parser = at_least_one, conflicts_with = "fps")]
     pub(crate) every: Option<usize>,
-    /// Draw and tabulate these rods and bodies of the scene alone: centreline.csv, snapshots.svg, and what --view and --export
-    /// write. NAME stands for NAME/0 and so on, too. The trajectory keeps all of them, so that --from can go on.
+    /// Keep so many frames a second in all files, at exactly these times: the time step is shortened to a whole part of the time
+    /// between two frames, and the run ends with a frame.
+    #[arg(long, value_parser = positive, allow_hyphen_values = true)]
+    pub(crate) fps: Option<f64>,
+    /// Go on where joints come apart. Without it a run ends there, with its files.
+    #[arg(long)]
+    pub(crate) keep_going: bool,
+    /// Draw and tabulate these rods and bodies of the scene alone: what --view, --plot and --export write. NAME stands for NAME/0 and so on, too. The trajectory keeps all of them, so that --from can go on.
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     pub(crate) rods: Vec<String>,
     /// Write contacts.csv: what presses on what, where, and how hard, in every frame that is kept.
@@ -180,18 +200,54 @@ pub(crate) struct RunArgs {
     /// steps of the run, those between frames that are kept, too.
     #[arg(long)]
     pub(crate) envelope: bool,
+    /// Write trajectory.safetensors: positions, orientations and velocities, exactly. --from FOLDER@K and `simulate export` need
+    /// it.
+    #[arg(long)]
+    pub(crate) trajectory: bool,
     /// Write snapshot.safetensors at the end of the run, after Ctrl-C too: all that is needed to go on (see --from).
     #[arg(long)]
     pub(crate) snapshot: bool,
+    /// Write it on the way, too, every so many simulated seconds: after the first step that ends then or later. If the run is
+    /// killed, --from FOLDER goes on from the last one.
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    pub(crate) snapshot_every: Option<f64>,
     /// Write files for other programs: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets), obj.
     #[arg(long, value_delimiter = ',', value_name = "FORMATS")]
     pub(crate) export: Vec<Format>,
-    /// Write the files to this folder: trajectory.safetensors, centreline.csv, snapshots.svg, summary.json, probes.csv if the
-    /// scene has probes, the scene itself, and what --view, --plot, --export, --contact-forces, --envelope and --snapshot ask for. The run has the folder
-    /// to itself: what an earlier run wrote there is removed, other files stay [default where one of the six is given:
-    /// out/SCENE, or out/SCENE-2 where the run begins with the one in out/SCENE].
+    /// Write the files to this folder: those that --trajectory, --view, --plot, --export, --contact-forces, --envelope and
+    /// --snapshot ask for, without any of these the trajectory; probes.csv if the scene has probes; summary.json; the scene itself.
+    /// The run has the folder to itself: an earlier run's files there are replaced when all are written, other files stay [default
+    /// where one of the seven is given: out/SCENE, or out/SCENE-2 where the run begins with the one in out/SCENE].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// The command line; the program ends with an error where it is none.
+pub(crate) fn parse() -> Cli {
+    Cli::try_parse().unwrap_or_else(|mut error| {
+        // A flag that is misspelt is hardly the name of a scene.
+        let tip = error.get(ContextKind::SuggestedArg).is_none();
+        if error.kind() == ErrorKind::UnknownArgument && tip {
+            error.remove(ContextKind::Suggested);
+            if let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg).cloned()
+                && let Some(tip) = commands_with(&flag)
+            {
+                error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+            }
+        }
+        error.exit()
+    })
+}
+
+/// Which commands have a flag, in words, if any has.
+fn commands_with(flag: &str) -> Option<String> {
+    let cli = Cli::command();
+    let name = flag.trim_start_matches('-').split('=').next()?;
+    let has = |command: &clap::Command| command.get_arguments().any(|argument| argument.get_long() == Some(name));
+    let own = has(&cli).then(|| "`simulate SCENE`".to_owned());
+    let others = cli.get_subcommands().filter(|command| has(command));
+    let known: Vec<String> = own.into_iter().chain(others.map(|c| format!("`simulate {}`", c.get_name()))).collect();
+    (!known.is_empty()).then(|| format!("--{name} is a flag of {}", known.join(", ")))
 }
 
 impl Cli {
@@ -199,6 +255,7 @@ impl Cli {
     pub(crate) fn without_repeats(mut self) -> Self {
         let formats = match &mut self.command {
             Some(Command::Export(args)) => &mut args.export,
+            Some(Command::Static(args)) => &mut args.export,
             _ => &mut self.run.export,
         };
         let mut known = Vec::new();
@@ -215,8 +272,18 @@ impl Cli {
 impl RunArgs {
     /// Whether any file is asked for.
     pub(crate) fn writes(&self) -> bool {
-        let Self { view, plot, contact_forces, envelope, snapshot, .. } = *self;
-        self.out.is_some() || view || plot || contact_forces || envelope || snapshot || !self.export.is_empty()
+        self.out.is_some() || self.trajectory || self.asks_for_more()
+    }
+
+    /// Whether anything but the trajectory is asked for by its kind.
+    fn asks_for_more(&self) -> bool {
+        let Self { view, plot, contact_forces, envelope, .. } = *self;
+        view || plot || contact_forces || envelope || self.wants_snapshot() || !self.export.is_empty()
+    }
+
+    /// Whether a snapshot of the end is wanted.
+    pub(crate) fn wants_snapshot(&self) -> bool {
+        self.snapshot || self.snapshot_every.is_some()
     }
 
     /// The files that are asked for, of a run of this scene, with these rods in those that do not have all of them.
@@ -226,15 +293,16 @@ impl RunArgs {
         from: Option<&Path>,
         rods: Option<Vec<usize>>,
     ) -> Option<Wanted<'a>> {
-        let Self { view, plot, contact_forces, envelope, snapshot, .. } = *self;
+        let Self { view, plot, contact_forces, envelope, .. } = *self;
         let directory = || self.out.clone().unwrap_or_else(|| default_folder(&scene.name, from));
         self.writes().then(|| Wanted {
             directory: directory(),
+            trajectory: self.trajectory || !self.asks_for_more(),
             view,
-            plot,
+            plots: if plot { &plots::FILES } else { &[] },
             contact_forces,
             envelope,
-            snapshot,
+            snapshot: self.wants_snapshot(),
             formats: &self.export,
             probes: &scene.probes,
             table: None,
@@ -266,12 +334,8 @@ pub(crate) struct ExportArgs {
     /// that name that comes with the program].
     #[arg(long, value_name = "SCENE.toml | NAME")]
     pub(crate) scene: Option<String>,
-    /// Seed of a random scene [default: 0].
-    #[arg(long)]
-    pub(crate) seed: Option<u64>,
-    /// Index of a random scene [default: 0].
-    #[arg(long)]
-    pub(crate) index: Option<u64>,
+    #[command(flatten)]
+    pub(crate) of: OfScene,
     /// These rods and bodies of the scene alone, as with a run.
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     pub(crate) rods: Vec<String>,
@@ -290,12 +354,8 @@ pub(crate) struct RestArgs {
     /// [default: the scene of the run that --from names, else heavy-cantilever].
     #[arg(value_name = "SCENE.toml | NAME")]
     pub(crate) scene: Option<String>,
-    /// Seed of a random scene [default: 0].
-    #[arg(long)]
-    pub(crate) seed: Option<u64>,
-    /// Index of a random scene [default: 0].
-    #[arg(long)]
-    pub(crate) index: Option<u64>,
+    #[command(flatten)]
+    pub(crate) of: OfScene,
     #[command(flatten)]
     pub(crate) begin: BeginArgs,
     /// Stay at an unstable equilibrium that is met, such as a straight column under too large a load, instead of leaving it.
@@ -331,9 +391,19 @@ pub(crate) struct StaticArgs {
     /// When it is at rest: no segment moves further than this in an iteration, in segment lengths and in radians.
     #[arg(long, default_value = "1e-9", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
-    /// Write trajectory.safetensors (the start and the equilibrium), centreline.csv, snapshots.svg and summary.json to
-    /// this folder; with --along all equilibria of the way, path.csv, and probes.csv if the scene has probes; with
-    /// --branches each equilibrium, at the times 1, 2 and so on. What an earlier run wrote there is removed, other files stay.
+    /// Write view.html, a page that shows the start and the equilibrium, or all equilibria.
+    #[arg(long)]
+    pub(crate) view: bool,
+    /// Write pictures (SVG): the shapes, energy, length.
+    #[arg(long)]
+    pub(crate) plot: bool,
+    /// Write files for other programs: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets; reactions.csv among them), obj.
+    #[arg(long, value_delimiter = ',', value_name = "FORMATS")]
+    pub(crate) export: Vec<Format>,
+    /// Write the files to this folder: what --view, --plot and --export ask for, trajectory.safetensors (the start at time 0 and
+    /// the equilibrium at time 1; with --along all equilibria of the way at their times; with --branches each at the times 1, 2
+    /// and so on), probes.csv if the scene has probes, with --along path.csv, summary.json, and the scene itself. An earlier run's files there are
+    /// replaced when all are written, other files stay [default where one of the three is given: out/SCENE-static].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }
@@ -345,9 +415,9 @@ pub(crate) struct ModesArgs {
     /// How many, the lowest first.
     #[arg(long, default_value = "10", value_parser = at_least_one)]
     pub(crate) count: usize,
-    /// Write trajectory.safetensors (the equilibrium, then each shape as it swings once in 24 frames), modes.csv,
-    /// centreline.csv, snapshots.svg and summary.json to this folder; `simulate export DIR --export glb` makes a motion for other programs of
-    /// it. What an earlier run wrote there is removed, other files stay [default with --view: out/SCENE].
+    /// Write to this folder: trajectory.safetensors (the equilibrium, then each shape as it swings once in 24 frames), modes.csv,
+    /// summary.json, the scene itself, and what --view asks for; `simulate export DIR --export glb` makes a motion for other
+    /// programs of it. An earlier run's files there are replaced when all are written, other files stay [default with --view: out/SCENE-modes, without the trajectory].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Write view.html, too, a page that plays the shapes one after the other, a second each.
@@ -358,9 +428,14 @@ pub(crate) struct ModesArgs {
 impl ModesArgs {
     /// The files that are asked for, of the scene of this name.
     pub(crate) fn wanted(&self, scene: &str) -> Option<Wanted<'static>> {
-        let by_default = || self.view.then(|| Path::new(OUT).join(scene));
+        let by_default = || self.view.then(|| Path::new(OUT).join(format!("{scene}-modes")));
         let directory = self.out.clone().or_else(by_default)?;
-        Some(Wanted { view: self.view, table: Some(MODES), ..Wanted::plain(&directory) })
+        Some(Wanted {
+            view: self.view,
+            trajectory: self.out.is_some(),
+            table: Some(MODES),
+            ..Wanted::plain(&directory)
+        })
     }
 }
 

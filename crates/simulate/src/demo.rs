@@ -37,7 +37,7 @@ pub(crate) fn demo() -> Result<Outcome> {
     if !matches!(outcome, Outcome::Done) {
         return Ok(outcome);
     }
-    let (scene, _) = scene(&cli.scene)?;
+    let scene = scene(&cli.scene)?.scene;
     let settings = settings(&cli.scene);
     let training = Training::for_scene(&cli.run.learned, cli.run.guess.as_slice(), None, &scene, true)?;
     let cg = way(&cli.run, &scene, &settings.step)?.solver;

@@ -3,28 +3,31 @@
 use anyhow::{Context, Result, bail};
 use export::{RunFolder, TrajectoryReader, write_format};
 use scene::Scene;
+use serde::Deserialize;
 use terminal::say;
 
 use crate::Outcome;
 use crate::cli::ExportArgs;
-use crate::files::{TRAJECTORY, Wanted, names};
+use crate::files::{SUMMARY, TRAJECTORY, Wanted, names};
+use crate::held::{Hold, hold_as};
 use crate::kept_scene::{SCENE, kept_scene};
 use crate::rods;
 use crate::scenes::{is_known, named};
+use crate::statics::still;
 
 /// Writes the files that are asked for into the folder of a run.
 pub(crate) fn export(args: &ExportArgs) -> Result<Outcome> {
     let file = args.folder.join(TRAJECTORY);
     if !file.is_file() {
-        bail!("FOLDER: {} has no {TRAJECTORY}, which a run with --out writes", args.folder.display());
+        bail!("{} has no {TRAJECTORY}, which a run with --trajectory writes", args.folder.display());
     }
-    let mut trajectory = TrajectoryReader::open(&file).context("FOLDER")?;
+    let mut trajectory = TrajectoryReader::open(&file)?;
     let scene = scene(args, &trajectory)?;
     let rods = rods::numbers(&scene, &args.rods, &args.export)?;
     let part = Wanted { rods, ..Wanted::plain(&args.folder) }.part(&scene.model);
     let outputs: Vec<&str> = args.export.iter().flat_map(|format| format.outputs(&scene.model)).collect();
 
-    let folder = RunFolder::add(&args.folder, &outputs).context("FOLDER")?;
+    let folder = RunFolder::add(&args.folder, &outputs)?;
     let has_forces = trajectory.joints() > 0 || scene.model.joints.is_empty();
     trajectory.every(args.every.unwrap_or(1));
     if let Some(part) = &part {
@@ -47,23 +50,17 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Outcome> {
 /// The scene of the run.
 fn scene(args: &ExportArgs, trajectory: &TrajectoryReader) -> Result<Scene> {
     let (folder, own) = (args.folder.display(), &trajectory.info().scene);
-    let kept =
-        if args.scene.is_none() && args.seed.or(args.index).is_none() { kept_scene(&args.folder)? } else { None };
-    let scene = match (kept, &args.scene) {
+    let is_drawn = args.of.seed.or(args.of.index).is_some();
+    let kept = if args.scene.is_none() && !is_drawn { kept_scene(&args.folder, &args.of.set)? } else { None };
+    let mut scene = match (kept, &args.scene) {
         (Some(kept), _) => kept,
         (None, None) if !is_known(own) => bail!(
-            "FOLDER: {folder} has a run of the scene `{own}`, which does not come with the program, without its {SCENE}: say \
+            "{folder} has a run of the scene `{own}`, which does not come with the program, without its {SCENE}: say \
              --scene FILE.toml"
         ),
-        (None, name) => named(name.as_ref().unwrap_or(own), args.seed, args.index).context("--scene")?,
+        (None, name) => named(name.as_ref().unwrap_or(own), &args.of).context("--scene")?,
     };
     let (model, name) = (&scene.model, &scene.name);
-    if model.has_timed_grips() {
-        bail!(
-            "FOLDER: {name} has grips that take hold or let go on the way (`from_s`, `until_s`), of which a folder keeps no \
-             trace; give --export to the run itself"
-        );
-    }
     let joints = if trajectory.joints() > 0 { trajectory.joints() } else { model.joints.len() };
     for (what, found, needed) in
         [("segments", model.segments.len(), trajectory.segments()), ("joints", model.joints.len(), joints)]
@@ -72,5 +69,20 @@ fn scene(args: &ExportArgs, trajectory: &TrajectoryReader) -> Result<Scene> {
             bail!("--scene: the scene {name} has {found} {what}, but the run in {folder} has {needed}");
         }
     }
-    Ok(scene)
+    let path = args.folder.join(SUMMARY);
+    let text = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let Summary { held, stands_at_s } =
+        serde_json::from_slice(&text).with_context(|| format!("{} is damaged", path.display()))?;
+    hold_as(&mut scene, &held, &path.display().to_string())?;
+    Ok(if stands_at_s.is_some() { still(scene) } else { scene })
+}
+
+/// What the summary says of how things are held in the frames.
+#[derive(Deserialize)]
+struct Summary {
+    /// What was held otherwise than the scene says.
+    #[serde(default)]
+    held: Vec<Hold>,
+    /// Present where what is driven stands still, at time 0.
+    stands_at_s: Option<f64>,
 }

@@ -4,22 +4,23 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result, anyhow};
 use export::{
-    Format, Names, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, csv_field,
-    write_centreline, write_format, write_json, write_probes, write_snapshots,
+    Format, Names, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, csv_field, write_format,
+    write_json, write_probes, write_snapshots,
 };
-use rod::{Model, Part, Probe};
+use rod::{JointForce, Model, Part, Probe, State, Wrench};
 use scene::Scene;
 use serde::Serialize;
 use solver::simulation::{ContactForce, Touched};
+use solver::snapshot::Snapshot;
+use terminal::Progress;
 use view::Recorder;
 
-use crate::going_on::{SNAPSHOT, hash_of_segments};
+use crate::going_on::{Label, SNAPSHOT, hash_of_segments, write_snapshot};
 use crate::kept_scene::KeptScene;
-use crate::plots;
 
-/// What every run with a folder writes.
+/// The motion, exactly.
 pub(crate) const TRAJECTORY: &str = "trajectory.safetensors";
-const CENTRELINE: &str = "centreline.csv";
+/// A picture of the motion.
 const SNAPSHOTS: &str = "snapshots.svg";
 pub(crate) const SUMMARY: &str = "summary.json";
 const PROBES: &str = "probes.csv";
@@ -38,10 +39,12 @@ pub(crate) const PAGE: &str = "view.html";
 /// Which files a run leaves, and where.
 pub(crate) struct Wanted<'a> {
     pub(crate) directory: PathBuf,
+    /// Whether the trajectory is wanted.
+    pub(crate) trajectory: bool,
     /// Whether the player's page is wanted.
     pub(crate) view: bool,
-    /// Whether plots are wanted.
-    pub(crate) plot: bool,
+    /// The plots that are wanted.
+    pub(crate) plots: &'static [&'static str],
     /// Whether a table of contacts is wanted.
     pub(crate) contact_forces: bool,
     /// Whether a table of the extremes of each segment is wanted.
@@ -59,12 +62,13 @@ pub(crate) struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// The trajectory and what always stands beside it.
+    /// The trajectory and the summary.
     pub(crate) fn plain(directory: &Path) -> Self {
         Self {
             directory: directory.to_owned(),
+            trajectory: true,
             view: false,
-            plot: false,
+            plots: &[],
             contact_forces: false,
             envelope: false,
             snapshot: false,
@@ -93,33 +97,38 @@ impl Wanted<'_> {
         self.keeps_forces() && !scene.model.contacts.is_empty()
     }
 
-    /// All names, in the order in which they are written; folders of frames have a slash at the end.
+    /// Whether something is made of the whole motion, which goes through a trajectory on the disk.
+    fn needs_motion(&self) -> bool {
+        self.trajectory || !self.plots.is_empty() || !self.formats.is_empty() || !self.probes.is_empty()
+    }
+
+    /// All names, in the order in which they are written; folders of frames have a slash at the end. A trajectory that is not
+    /// wanted but needed for others is among them.
     fn names(&self, model: &Model) -> Vec<&'static str> {
-        let of_plots = plots::FILES.into_iter().filter(|_| self.plot);
+        let of_motion = [TRAJECTORY].into_iter().filter(|_| self.needs_motion());
+        let of_plots = [SNAPSHOTS].iter().chain(self.plots).copied().filter(|_| !self.plots.is_empty());
         let of_view = [RUN, PAGE].into_iter().filter(|_| self.view);
         let of_probes = [PROBES].into_iter().filter(|_| !self.probes.is_empty());
         let of_contacts = [CONTACTS].into_iter().filter(|_| self.contact_forces);
         let of_envelope = [ENVELOPE].into_iter().filter(|_| self.envelope);
         let of_snapshot = [SNAPSHOT].into_iter().filter(|_| self.snapshot);
         let of_formats = self.formats.iter().flat_map(|format| format.outputs(model));
-        let tables = [CENTRELINE]
-            .into_iter()
-            .chain(self.table)
-            .chain(of_probes)
-            .chain(of_contacts)
-            .chain(of_envelope)
-            .chain(of_formats);
-        let beside = [SNAPSHOTS].into_iter().chain(of_snapshot).chain(of_plots).chain(of_view).chain(tables);
-        [TRAJECTORY].into_iter().chain(beside).chain([SUMMARY]).collect()
+        let tables = self.table.into_iter().chain(of_probes).chain(of_contacts).chain(of_envelope).chain(of_formats);
+        of_motion.chain(of_snapshot).chain(of_plots).chain(of_view).chain(tables).chain([SUMMARY]).collect()
     }
 }
 
-/// A run's folder with a trajectory in the making.
+/// A run's folder with its files in the making.
 pub(crate) struct Files<'a> {
     pub(crate) wanted: Wanted<'a>,
     folder: RunFolder,
-    pub(crate) writer: TrajectoryWriter,
+    /// Where something needs the motion.
+    writer: Option<TrajectoryWriter>,
+    /// Frames so far.
+    frames: usize,
     contacts: Option<TableWriter>,
+    /// Whether this run has written one.
+    has_snapshot: bool,
     /// What all of the scene is called.
     names: Names,
     scene_file: KeptScene,
@@ -180,27 +189,56 @@ pub(crate) fn write_player(directory: &Path, player: Recorder) -> Result<()> {
 }
 
 impl<'a> Files<'a> {
-    /// Takes the folder, with the forces of so many `joints` in the trajectory, and writes the first frame, at `time` [s].
+    /// Takes the folder, with the forces of so many `joints` in the trajectory, and takes the first frame, at `time` [s].
     ///
     /// # Errors
     /// If the folder is in use or cannot be written to, or something that no run wrote is in the way.
     pub(crate) fn open(wanted: Wanted<'a>, scene: &Scene, dt: f64, joints: usize, time: f64) -> Result<Self> {
         let scene_file = KeptScene::of(scene)?;
-        let names_in_folder: Vec<&str> = wanted.names(&scene.model).into_iter().chain(scene_file.names()).collect();
-        let folder = RunFolder::take(&wanted.directory, &names_in_folder)?;
-        scene_file.write(folder.path())?;
-        let segments_hash = Some(hash_of_segments(&scene.model));
-        let info = TrajectoryInfo { scene: scene.name.clone(), dt, segments_hash };
-        let mut writer = TrajectoryWriter::create(&wanted.directory, scene.state.len(), joints, info)?;
-        let contacts = if wanted.keeps_contacts(scene) { scene.state.len() } else { 0 };
-        if contacts > 0 {
-            writer = writer.keeping_contacts();
+        let own: Vec<&str> = wanted.names(&scene.model).into_iter().chain(scene_file.names()).collect();
+        // A run that was killed may go on from its last snapshot until there is another one.
+        let folder = RunFolder::take(&wanted.directory, &own, &[SNAPSHOT])?;
+        let names = names(scene, &scene.model);
+        let (writer, contacts) = (None, None);
+        let mut files = Self { wanted, folder, writer, frames: 0, contacts, has_snapshot: false, names, scene_file };
+        files.begin(scene, dt, joints, time).map_err(|error| files.named(&error))?;
+        Ok(files)
+    }
+
+    fn begin(&mut self, scene: &Scene, dt: f64, joints: usize, time: f64) -> Result<()> {
+        self.scene_file.write(self.folder.path())?;
+        let keeps_contacts = self.wanted.keeps_contacts(scene);
+        if self.wanted.needs_motion() {
+            let segments_hash = Some(hash_of_segments(&scene.model));
+            let info = TrajectoryInfo { scene: scene.name.clone(), dt, segments_hash };
+            let writer = TrajectoryWriter::create(self.folder.path(), scene.state.len(), joints, info)?;
+            self.writer = Some(if keeps_contacts { writer.keeping_contacts() } else { writer });
         }
-        let none = vec![rod::JointForce::default(); joints];
-        writer.push_with_contacts(&scene.state, &none, &vec![rod::Wrench::default(); contacts], time)?;
-        let contacts = || TableWriter::create(&wanted.directory.join(CONTACTS), CONTACT_COLUMNS);
-        let contacts = wanted.contact_forces.then(contacts).transpose()?;
-        Ok(Self { wanted, folder, writer, contacts, names: names(scene, &scene.model), scene_file })
+        if self.wanted.contact_forces {
+            self.contacts = Some(TableWriter::create(&self.folder.path().join(CONTACTS), CONTACT_COLUMNS)?);
+        }
+        let contacts = vec![Wrench::default(); if keeps_contacts { scene.state.len() } else { 0 }];
+        self.push(&scene.state, &vec![JointForce::default(); joints], &contacts, time)
+    }
+
+    /// Says that the frames after the first show modes of these `frequencies` [Hz], so many `frames` each.
+    pub(crate) fn show_modes(&mut self, frequencies: Vec<f64>, frames: usize) {
+        if let Some(writer) = &mut self.writer {
+            writer.show_modes(frequencies, frames);
+        }
+    }
+
+    /// Takes a frame at `time` [s] with what joints transmit, as many as [`Files::open`] was told of, and what contacts give to each
+    /// segment, where [`Wanted::keeps_contacts`] says so.
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub(crate) fn push(&mut self, state: &State, forces: &[JointForce], contacts: &[Wrench], time: f64) -> Result<()> {
+        self.frames += 1;
+        if let Some(writer) = &mut self.writer {
+            writer.push_with_contacts(state, forces, contacts, time)?;
+        }
+        Ok(())
     }
 
     /// Adds what presses on what in the frame that was written last, at `time` [s].
@@ -208,7 +246,7 @@ impl<'a> Files<'a> {
     /// # Errors
     /// If the disk does not take it.
     pub(crate) fn add_contacts(&mut self, forces: &[ContactForce], time: f64) -> Result<()> {
-        let frame = self.writer.frames() - 1;
+        let frame = self.frames - 1;
         let Some(table) = &mut self.contacts else { return Ok(()) };
         table.add(|writer| {
             for ContactForce { segment, other, place, normal, force, slip } in forces {
@@ -227,54 +265,98 @@ impl<'a> Files<'a> {
         Ok(())
     }
 
-    /// Finishes the trajectory and writes what stands beside it; `more` writes plots and player. Where the disk has
-    /// `refused` frames, or refuses something now, what fits of the trajectory is kept, the summary says what is missing,
-    /// and the error says why.
+    /// Writes a snapshot from which the run can go on, in the place of the one before.
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub(crate) fn write_snapshot(&mut self, label: &Label, snapshot: &Snapshot) -> Result<()> {
+        write_snapshot(self.folder.path(), label, snapshot)?;
+        self.has_snapshot = true;
+        Ok(())
+    }
+
+    /// Finishes the trajectory and writes what is made of the motion; `more` writes plots and player. What goes on is told to
+    /// `progress`. Where the disk has `refused` frames, or refuses something now, what fits of the trajectory is kept, the
+    /// summary says what is missing, and the error says why.
     pub(crate) fn close(
         mut self,
         scene: &Scene,
         summary: &impl Serialize,
         refused: Option<Error>,
+        progress: &Progress,
         more: impl FnOnce(&Path) -> Result<()>,
     ) -> Result<Written> {
-        let frames_computed = self.writer.frames();
-        let finished = match refused {
-            None => self.writer.finish().map_err(Error::from),
-            Some(refused) => Err(refused),
+        let frames_computed = self.frames;
+        progress.beside("writing the motion");
+        let finished = match (refused, &mut self.writer) {
+            (Some(refused), _) => Err(refused),
+            (None, Some(writer)) => writer.finish().map(Some).map_err(Error::from),
+            (None, None) => Ok(None),
         };
         let (frames, refused) = match finished {
             Ok(trajectory) => {
                 let contacts = self.contacts.take().map_or(Ok(()), TableWriter::finish).map_err(Error::from);
-                (frames_computed, contacts.and_then(|()| self.write_beside(&trajectory, scene, more)).err())
+                let beside = contacts.and_then(|()| self.write_beside(trajectory.as_deref(), scene, progress, more));
+                (trajectory.map_or(0, |_| frames_computed), beside.err())
             }
-            Err(refused) => (self.writer.salvage().map_or(0, |(_, frames)| frames), Some(refused)),
+            Err(refused) => {
+                let salvaged = self.writer.take().and_then(|writer| writer.salvage().ok());
+                (salvaged.map_or(0, |(_, frames)| frames), Some(refused))
+            }
         };
-        let names = self.wanted.names(&scene.model).into_iter().chain(self.scene_file.names()).map(str::to_owned);
-        let exists = |name: &String| name == SUMMARY || self.wanted.directory.join(name.trim_end_matches('/')).exists();
+        let place = self.folder.path().to_owned();
+        // Where something else is missing, the motion is worth keeping.
+        let keeps_trajectory = self.wanted.trajectory || refused.is_some();
+        let is_due = |name: &&str| *name != TRAJECTORY || keeps_trajectory;
+        let own = self.wanted.names(&scene.model).into_iter().filter(is_due);
+        let names = own.chain(self.scene_file.names()).map(str::to_owned);
+        let exists = |name: &String| match name.as_str() {
+            SUMMARY => true,
+            // That of an earlier run may be there.
+            SNAPSHOT => self.has_snapshot,
+            name => place.join(name.trim_end_matches('/')).exists(),
+        };
         let (written, missing): (Vec<String>, Vec<String>) = names.partition(exists);
-        let incomplete = refused.as_ref().map(|why| Incomplete {
-            why: format!("{why:#}"),
-            frames,
-            frames_computed,
-            missing: missing.clone(),
-        });
-        let directory = self.folder.path().to_owned();
-        write_json(&directory.join(SUMMARY), &Account { summary, names: &self.names, incomplete })?;
+        let refused = refused.map(|error| format!("{:#}", self.named(&error)));
+        let incomplete =
+            refused.clone().map(|why| Incomplete { why, frames, frames_computed, missing: missing.clone() });
+        let directory = self.folder.directory().to_owned();
+        let account = Account { summary, names: &self.names, incomplete };
+        write_json(&place.join(SUMMARY), &account).map_err(|error| self.named(&error.into()))?;
         self.folder.finish(&written)?;
         match refused {
             None => Ok(Written { directory, names: written }),
             Some(why) => Err(anyhow!(
-                "{why:#}: {} has {frames} of {frames_computed} frames, without {}",
+                "{why}: {} has {frames} of {frames_computed} frames, without {}",
                 directory.display(),
                 missing.join(", ")
             )),
         }
     }
 
-    fn write_beside(&self, trajectory: &Path, scene: &Scene, more: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    /// An error about a file, as if it had been written where it is in the end.
+    fn named(&self, error: &Error) -> Error {
+        let [place, end] = [self.folder.path(), self.folder.directory()].map(|path| path.display().to_string());
+        anyhow!(format!("{error:#}").replace(&place, &end))
+    }
+
+    fn write_beside(
+        &self,
+        trajectory: Option<&Path>,
+        scene: &Scene,
+        progress: &Progress,
+        more: impl FnOnce(&Path) -> Result<()>,
+    ) -> Result<()> {
         let directory = self.folder.path();
+        let writing = |what: &str| progress.beside(&format!("writing {what}"));
+        if self.wanted.view || !self.wanted.plots.is_empty() {
+            writing("the page and pictures");
+        }
+        more(directory)?;
+        let Some(trajectory) = trajectory else { return Ok(()) };
         let mut reader = TrajectoryReader::open(trajectory)?;
         if !self.wanted.probes.is_empty() {
+            writing(PROBES);
             write_probes(&directory.join(PROBES), &mut reader, &scene.model, self.wanted.probes)?;
         }
         let part = self.wanted.part(&scene.model);
@@ -283,10 +365,11 @@ impl<'a> Files<'a> {
         }
         let model = part.as_ref().map_or(&scene.model, |part| &part.model);
         let names = names(scene, model);
-        write_snapshots(&directory.join(SNAPSHOTS), &mut reader, model)?;
-        more(directory)?;
-        write_centreline(&directory.join(CENTRELINE), &mut reader, &model.segments, &names)?;
+        if !self.wanted.plots.is_empty() {
+            write_snapshots(&directory.join(SNAPSHOTS), &mut reader, model)?;
+        }
         for &format in self.wanted.formats {
+            writing(&format.outputs(model).join(", "));
             write_format(format, directory, &mut reader, model, &names)?;
         }
         Ok(())

@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use export::{read_words, write_words};
-use rod::Model;
+use export::{RunFolder, read_words, write_words};
+use rod::{Driven, Model};
 use scene::Scene;
 use solver::snapshot::Snapshot;
+
+use crate::held::Hold;
 
 /// Name of a snapshot's file.
 pub(crate) const SNAPSHOT: &str = "snapshot.safetensors";
@@ -17,21 +19,57 @@ pub(crate) const SNAPSHOT: &str = "snapshot.safetensors";
 const SCENE: &str = "scene";
 const TIME: &str = "time_s";
 const MODEL: &str = "model_blake3";
+const HOLDS: &str = "holds";
 
-/// Writes a snapshot of a run of the scene to its folder.
-pub(crate) fn write_snapshot(directory: &Path, scene: &Scene, snapshot: &Snapshot) -> Result<()> {
-    let of = [(SCENE, scene.name.clone()), (TIME, format!("{:?}", snapshot.time())), (MODEL, hash(&scene.model))];
+/// What the snapshots of a run say beside the simulation's state.
+#[derive(Clone, Debug)]
+pub(crate) struct Label {
+    /// Name of the scene.
+    pub(crate) scene: String,
+    /// [`hash`] of the scene's model.
+    pub(crate) model: String,
+    /// What is held otherwise than the scene says since the run began.
+    pub(crate) holds: Vec<Hold>,
+}
+
+/// Writes a snapshot to a run's folder.
+pub(crate) fn write_snapshot(directory: &Path, label: &Label, snapshot: &Snapshot) -> Result<()> {
+    let Label { scene, model, holds } = label;
+    let holds = serde_json::to_string(holds)?;
+    let time = format!("{:?}", snapshot.time());
+    let of = [(SCENE, scene.clone()), (TIME, time), (MODEL, model.clone()), (HOLDS, holds)];
     let of: BTreeMap<String, String> = of.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
     write_words(&directory.join(SNAPSHOT), &of, snapshot.words())?;
     Ok(())
 }
 
-/// The snapshot in a run's folder, `None` if that run left none. `what` names the folder in errors.
+/// A snapshot with whether it is of a run that did not come to its end.
+pub(crate) struct Found {
+    pub(crate) snapshot: Snapshot,
+    /// What was held otherwise than the scene says.
+    pub(crate) holds: Vec<Hold>,
+    pub(crate) is_unfinished: bool,
+}
+
+/// Where the snapshot of a run's folder is: in that of a run that did not come to its end, if there is one; else in the folder.
+pub(crate) fn place_of_snapshot(directory: &Path) -> PathBuf {
+    let unfinished = directory.join(RunFolder::UNFINISHED);
+    if unfinished.join(SNAPSHOT).exists() { unfinished } else { directory.to_owned() }
+}
+
+/// Name of the scene whose snapshot is in a folder.
+pub(crate) fn scene_of_snapshot(place: &Path) -> Option<String> {
+    read_words(&place.join(SNAPSHOT)).ok().and_then(|(mut of, _)| of.remove(SCENE))
+}
+
+/// The snapshot in a run's folder, `None` if that run left none; the last one of a run that was killed comes before that of
+/// an earlier run. `what` names the folder in errors.
 ///
 /// # Errors
 /// If it cannot be read, or is of another model than the scene's.
-pub(crate) fn read_snapshot(directory: &Path, scene: &Scene, what: &str) -> Result<Option<Snapshot>> {
-    let path = directory.join(SNAPSHOT);
+pub(crate) fn read_snapshot(directory: &Path, scene: &Scene, what: &str) -> Result<Option<Found>> {
+    let place = place_of_snapshot(directory);
+    let (path, is_unfinished) = (place.join(SNAPSHOT), place != directory);
     if !path.exists() {
         return Ok(None);
     }
@@ -44,7 +82,9 @@ pub(crate) fn read_snapshot(directory: &Path, scene: &Scene, what: &str) -> Resu
             scene.name
         );
     }
-    Ok(Some(Snapshot::from_words(words)))
+    let holds = of.get(HOLDS).map_or(Ok(Vec::new()), |text| serde_json::from_str(text));
+    let holds = holds.with_context(|| format!("{what}: {SNAPSHOT} is damaged"))?;
+    Ok(Some(Found { snapshot: Snapshot::from_words(words), holds, is_unfinished }))
 }
 
 /// BLAKE3 of the segments' lengths and radii.
@@ -56,8 +96,9 @@ pub(crate) fn hash_of_segments(model: &Model) -> String {
     hash.finalize().to_hex().to_string()
 }
 
-/// BLAKE3 of all that a model says.
-fn hash(model: &Model) -> String {
+/// BLAKE3 of all that a model says, but for how what is driven or changes does so over time: a run may go on with a longer
+/// course, or another one.
+pub(crate) fn hash(model: &Model) -> String {
     struct Hash(blake3::Hasher);
 
     impl Write for Hash {
@@ -67,8 +108,29 @@ fn hash(model: &Model) -> String {
         }
     }
 
+    let mut bare = model.clone();
+    let (motions, changes) = (std::mem::take(&mut bare.motions), std::mem::take(&mut bare.changes));
+    let is_driven: Vec<bool> =
+        bare.contacts.obstacles.iter_mut().map(|obstacle| obstacle.motion.take().is_some()).collect();
+    // What changes is in the model as it is at first.
+    let is_first = |of: &rod::Changing| changes.iter().any(|change| change.of == *of);
+    if is_first(&rod::Changing::Gravity) {
+        bare.gravity.fill(0.0);
+    }
+    for (i, load) in bare.loads.iter_mut().enumerate() {
+        if is_first(&rod::Changing::Force(i)) {
+            load.force.fill(0.0);
+        }
+        if is_first(&rod::Changing::Torque(i)) {
+            load.torque.fill(0.0);
+        }
+    }
+    let driven = motions
+        .iter()
+        .map(|Driven { body, from, until, moves_along, snaps, .. }| (body, from, until, moves_along, snaps));
+    let of: Vec<_> = changes.iter().map(|change| change.of).collect();
     let mut hash = Hash(blake3::Hasher::new());
     // Numbers are written with all their digits; a hash takes any text.
-    let _ = write!(hash, "{model:?}");
+    let _ = write!(hash, "{bare:?}{:?}{of:?}{is_driven:?}", driven.collect::<Vec<_>>());
     hash.0.finalize().to_hex().to_string()
 }

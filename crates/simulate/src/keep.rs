@@ -8,12 +8,29 @@ use scene::Scene;
 use serde::Serialize;
 use solver::simulation::{ContactForce, Simulation, contact_wrenches};
 use solver::snapshot::Snapshot;
+use terminal::Progress;
 use view::{Frame, Recorder};
 
 use crate::files::{ENVELOPE, Files, Wanted, Written, names, write_player};
-use crate::going_on::write_snapshot;
+use crate::going_on::Label;
 use crate::plots;
 use crate::sample::{Sample, Sampler};
+
+/// When snapshots are written on the way, and what they say.
+pub(crate) struct Rhythm {
+    /// Time from one to the next [s].
+    pub(crate) every: f64,
+    pub(crate) label: Label,
+}
+
+impl Rhythm {
+    /// Whether the step of `dt` [s] that is the `step`-th of the run is the first to end at a multiple of the rhythm, or after it.
+    fn is_due(&self, step: usize, dt: f64) -> bool {
+        // A sum of many steps that ends at a multiple may be a rounding error short of it.
+        let passed = |step: usize| (step as f64 * dt / self.every * (1.0 + 1e-12)).floor();
+        step > 0 && passed(step) > passed(step - 1)
+    }
+}
 
 /// Takes the frames of a run for the files that are wanted.
 pub(crate) struct Keep<'a> {
@@ -33,6 +50,8 @@ pub(crate) struct Keep<'a> {
     every: usize,
     /// What the player shows of the model, where that is not all.
     part: Option<Part>,
+    /// How snapshots are written on the way, where that is wanted.
+    rhythm: Option<Rhythm>,
 }
 
 impl<'a> Keep<'a> {
@@ -41,7 +60,7 @@ impl<'a> Keep<'a> {
     pub(crate) fn open(wanted: Wanted<'a>, scene: &Scene, model: &Model, label: &str, time: f64) -> Result<Self> {
         let Scene { state, run, .. } = scene;
         let joints = |are_wanted: bool| if are_wanted { model.joints.len() } else { 0 };
-        let (view, plot, keeps_forces) = (wanted.view, wanted.plot, wanted.keeps_forces());
+        let (view, plot, keeps_forces) = (wanted.view, !wanted.plots.is_empty(), wanted.keeps_forces());
         let keeps_contacts = wanted.keeps_contacts(scene);
         let part = wanted.part(model);
         let drawn = part.as_ref().map_or(model, |part| &part.model);
@@ -56,6 +75,7 @@ impl<'a> Keep<'a> {
             keeps_contacts,
             every: run.every,
             part,
+            rhythm: None,
         };
         if view || plot {
             let (sampler, start) = Sampler::new(model, state, run.steps, run.every, time);
@@ -89,7 +109,7 @@ impl<'a> Keep<'a> {
         if self.keeps_contacts {
             contact_wrenches(&self.contacts, state, &mut self.contact_loads);
         }
-        self.files.writer.push_with_contacts(state, forces, &self.contact_loads, simulation.time())?;
+        self.files.push(state, forces, &self.contact_loads, simulation.time())?;
         if self.files.wanted.contact_forces {
             self.files.add_contacts(&self.contacts, simulation.time())?;
         }
@@ -102,6 +122,30 @@ impl<'a> Keep<'a> {
             self.take(sample, state);
         }
         Ok(())
+    }
+
+    /// Writes snapshots on the way, the first one now.
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub(crate) fn write_snapshots(&mut self, rhythm: Rhythm, simulation: &mut Simulation) -> Result<()> {
+        self.files.write_snapshot(&rhythm.label, &simulation.snapshot())?;
+        self.rhythm = Some(rhythm);
+        Ok(())
+    }
+
+    /// Whether a snapshot is due after so many steps of `dt` [s].
+    pub(crate) fn wants_snapshot(&self, step: usize, dt: f64) -> bool {
+        self.rhythm.as_ref().is_some_and(|rhythm| rhythm.is_due(step, dt))
+    }
+
+    /// Writes the snapshot that is due.
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub(crate) fn push_snapshot(&mut self, snapshot: &Snapshot) -> Result<()> {
+        let Some(rhythm) = &self.rhythm else { return Ok(()) };
+        self.files.write_snapshot(&rhythm.label, snapshot)
     }
 
     fn take(&mut self, sample: Sample, state: &State) {
@@ -122,36 +166,50 @@ impl<'a> Keep<'a> {
         }
     }
 
-    /// Whether a snapshot of the end is wanted.
-    pub(crate) fn wants_snapshot(&self) -> bool {
-        self.files.wanted.snapshot
-    }
-
-    /// Writes all files, with a snapshot and a table of extremes if there are any, or, where the disk has `refused` frames, what fits.
+    /// Writes all files, with the `last` snapshot and a table of extremes if there are any, or, where the disk has `refused` frames,
+    /// what fits.
     pub(crate) fn close(
         self,
         scene: &Scene,
         summary: &impl Serialize,
         conditions: &Conditions,
-        snapshot: Option<&Snapshot>,
+        last: Option<(&Label, &Snapshot)>,
         envelope: Option<&Envelope>,
         refused: Option<Error>,
+        progress: &Progress,
     ) -> Result<Written> {
-        let Self { files, player, plots, .. } = self;
-        files.close(scene, summary, refused, |directory| {
-            if let Some(snapshot) = snapshot {
-                write_snapshot(directory, scene, snapshot)?;
-            }
+        let Self { mut files, player, plots, .. } = self;
+        // First of all: it takes the least room and is worth the most.
+        let unsaved = last.and_then(|(label, snapshot)| files.write_snapshot(label, snapshot).err());
+        files.close(scene, summary, refused.or(unsaved), progress, |directory| {
             if let Some(envelope) = envelope {
                 envelope.write(&directory.join(ENVELOPE), &scene.model, &names(scene, &scene.model))?;
             }
             if let Some(samples) = &plots {
-                plots::write(directory, samples, conditions)?;
+                plots::write(directory, samples, conditions, &plots::FILES)?;
             }
             if let Some(player) = player {
                 write_player(directory, player)?;
             }
             Ok(())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_snapshot_is_due_in_the_first_step_that_ends_at_a_multiple_or_after() {
+        let label = Label { scene: String::new(), model: String::new(), holds: Vec::new() };
+        let mut rhythm = Rhythm { every: 0.1, label };
+        let due = |rhythm: &Rhythm, dt: f64| (0..=20).filter(|&k| rhythm.is_due(k, dt)).collect::<Vec<usize>>();
+        assert_eq!(due(&rhythm, 0.02), [5, 10, 15, 20]);
+        // No multiple of the step: 0.12, 0.21, 0.3 s.
+        assert_eq!(due(&rhythm, 0.03), [4, 7, 10, 14, 17, 20]);
+        // Shorter than a step: after each.
+        rhythm.every = 1e-3;
+        assert_eq!(due(&rhythm, 0.02), (1..=20).collect::<Vec<_>>());
     }
 }

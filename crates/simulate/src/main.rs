@@ -2,6 +2,7 @@
 
 mod along;
 mod apart;
+mod at_rest;
 mod braking;
 mod branches;
 mod choice;
@@ -12,6 +13,7 @@ mod demo;
 mod exports;
 mod files;
 mod going_on;
+mod held;
 mod keep;
 mod kept_scene;
 mod learned_start;
@@ -20,6 +22,7 @@ mod measured;
 mod modes;
 mod numbers;
 mod plots;
+mod rate;
 mod reached;
 mod rods;
 mod run;
@@ -35,7 +38,6 @@ mod watch;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::Parser;
 use terminal::say;
 
 use crate::cli::{Cli, Command};
@@ -92,7 +94,7 @@ fn main() -> ExitCode {
         terminal::complain(format_args!("`simulate {name}` is `evaluate {name}` now: cargo run -p evaluate -- {name}"));
         return ExitCode::from(BAD_INPUT);
     }
-    let cli = Cli::parse().without_repeats();
+    let cli = cli::parse().without_repeats();
     let result = match cli.command {
         None if std::env::args_os().len() == 1 => first_run(&cli),
         None => one_run(&cli),

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Error, Result};
+use anyhow::{Context, Result};
 use export::TableWriter;
 use rod::{State, measure};
 use scene::Scene;
@@ -36,6 +36,8 @@ struct Report {
     #[serde(skip)]
     in_air: bool,
     stable: Option<bool>,
+    /// Of what is driven, loads and gravity, in all frames.
+    stands_at_s: f64,
     modes: Vec<Line>,
 }
 
@@ -55,7 +57,7 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
     let mut scene = begun(&args.rest)?;
     let params = StaticParams { leave_unstable: !args.rest.keep_unstable, ..StaticParams::default() };
     let begin = Instant::now();
-    let (progress, mut shown) = (Progress::new(args.count, "modes", args.rest.json)?, 0);
+    let (progress, mut shown) = (Progress::with_lines(args.count, "modes", args.rest.json)?, 0);
     let mut told = |found: usize| {
         let goes_on = progress.advance_by(found.saturating_sub(shown));
         shown = shown.max(found);
@@ -63,7 +65,7 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
     };
     let found = modes_telling(&scene.model, &mut scene.state, args.count, &params, &mut told);
     let found = found.with_context(|| scene.name.clone())?;
-    let interrupted = progress.finish();
+    let interrupted = progress.stopped();
     let line = |mode: &Mode| Line {
         frequency_hz: mode.frequency(),
         squared_rad2_s2: mode.squared,
@@ -74,6 +76,7 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
         sought: Sought::new(&scene, found.equilibrium.converged, found.equilibrium.steps, begin),
         in_air: scene.model.air.is_some(),
         stable: found.equilibrium.stable,
+        stands_at_s: 0.0,
         modes: found.modes.iter().map(line).collect(),
     };
     let mut closed = Ok(None);
@@ -81,22 +84,23 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
         let dt = 1.0 / FRAMES as f64;
         let mut player = wanted.view.then(|| player(&scene, dt));
         let mut files = Files::open(wanted, &scene, dt, 0, 0.0).context("--out")?;
-        files.writer.show_modes(found.modes.iter().map(Mode::frequency).collect(), FRAMES);
+        files.show_modes(found.modes.iter().map(Mode::frequency).collect(), FRAMES);
         let frames = found.modes.iter().flat_map(|mode| swing(&scene.state, mode));
         let mut push = |(k, state): (usize, State)| {
             let time = (k + 1) as f64 * dt;
             if let Some(player) = &mut player {
                 player.push(&frame(&scene, &state, time));
             }
-            files.writer.push(&state, &[], time)
+            files.push(&state, &[], &[], time)
         };
-        let refused = frames.enumerate().try_for_each(&mut push).err().map(Error::from);
+        let refused = frames.enumerate().try_for_each(&mut push).err();
         let play = |directory: &Path| {
             write_table(&directory.join(MODES), &report.modes)?;
             player.map_or(Ok(()), |player| write_player(directory, player))
         };
-        closed = files.close(&scene, &report, refused, play).context("--out").map(Some);
+        closed = files.close(&scene, &report, refused, &progress, play).context("--out").map(Some);
     }
+    progress.finish();
     tell(&report, args.rest.json, closed, print)?;
     Ok(match report.sought.converged {
         _ if interrupted => Outcome::Interrupted,

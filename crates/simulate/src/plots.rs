@@ -9,11 +9,13 @@ use export::write_atomically;
 
 use crate::sample::Sample;
 
-/// Files that [`write`] writes.
+/// Files that [`write`] writes of a run.
 pub(crate) const FILES: [&str; 4] = ["energy.svg", "length.svg", "iterations.svg", "stages.svg"];
+/// The same of equilibria, which have no steps.
+pub(crate) const AT_REST: [&str; 2] = [FILES[0], FILES[1]];
 
-/// Writes the plots of a run to `directory`.
-pub(crate) fn write(directory: &Path, samples: &[Sample], conditions: &Conditions) -> Result<()> {
+/// Writes those of [`FILES`] that are `wanted`, of a run, to `directory`.
+pub(crate) fn write(directory: &Path, samples: &[Sample], conditions: &Conditions, wanted: &[&str]) -> Result<()> {
     // The start has no step behind it.
     let steps = samples.get(1..).unwrap_or_default();
     let charts = [
@@ -26,7 +28,7 @@ pub(crate) fn write(directory: &Path, samples: &[Sample], conditions: &Condition
         ("Outer iterations", "iterations a step", vec![line("iterations", steps, |s| s.iterations)]),
         ("Time by stage", "time a step [us]", stages(steps)),
     ];
-    for (file, (title, label, series)) in FILES.iter().zip(charts) {
+    for (file, (title, label, series)) in FILES.iter().zip(charts).filter(|(file, _)| wanted.contains(file)) {
         let chart = LineChart { x: Axis::linear("time [s]"), y: Axis::linear(label), series, ..LineChart::default() };
         let figure = Figure {
             id: file.trim_end_matches(".svg").to_owned(),

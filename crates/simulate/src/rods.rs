@@ -69,9 +69,8 @@ fn check_reactions(scene: &Scene, numbers: &[usize]) -> Result<()> {
 /// The error of a name that no rod has: what may have been meant, and what there is.
 fn unknown(scene: &Scene, asked: &str) -> anyhow::Error {
     let names = || scene.rods.iter().map(|rod| rod.name.as_str());
-    let likeness = |name: &str| strsim::jaro_winkler(asked, name);
-    let nearest = names().filter(|name| likeness(name) > ALIKE).max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    let meant = nearest.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
+    let meant =
+        scene::nearest(asked, names(), ALIKE).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
     let more = if scene.rods.len() > LISTED { ", ..." } else { "" };
     let known = names().take(LISTED).collect::<Vec<_>>().join(", ");
     anyhow::anyhow!("--rods: the scene {} has no rod or body `{asked}`{meant} (it has {known}{more})", scene.name)

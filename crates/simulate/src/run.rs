@@ -14,6 +14,7 @@ use solver::component::Members;
 use solver::guess::GuessKind;
 use solver::integrator::Integrator;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use solver::snapshot::Snapshot;
 use solver::step::{Status, StepParams};
 use solver::topology::Topology;
 
@@ -21,30 +22,34 @@ use crate::Outcome;
 use crate::apart::Apart;
 use crate::choice::{Way, way};
 use crate::cli::{RunArgs, SceneArgs};
-use crate::keep::Keep;
+use crate::held::hold_snapshot;
+use crate::keep::{Keep, Rhythm};
 use crate::measured::Measured;
+use crate::numbers::number;
+use crate::rate::Rate;
 use crate::reached::Reached;
 use crate::rods;
-use crate::scenes::{Begin, origin, overlapping, scene, settings, use_threads};
+use crate::scenes::{self, Begun, From, left_out, origin, overlapping, settings, use_threads};
 use crate::summary::{Start, Summary};
 use crate::watch::Watch;
 use terminal::{Progress, say};
 
 /// Runs a scene, writes what was asked for, and prints the summary.
 pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
-    let (mut scene, begin) = scene(scene_args)?;
-    scene.run.every = args.every.unwrap_or(scene.run.every);
-    if args.every.is_some() && !args.writes() {
-        bail!("--every says which frames are kept in files, but no file is asked for: give --out, for example");
+    let mut begun = scenes::scene(scene_args)?;
+    begun.scene.run.every = args.every.unwrap_or(begun.scene.run.every);
+    for (flag, is_given) in [("--every", args.every.is_some()), ("--fps", args.fps.is_some())] {
+        if is_given && !args.writes() {
+            bail!("{flag} says which frames are kept in files, but no file is asked for: give --out, for example");
+        }
     }
+    let rate = args.fps.map(|fps| Rate::new(fps, &begun.scene.run)).transpose()?;
+    if let Some(rate) = &rate {
+        begun.scene.run = rate.run;
+    }
+    let mut label = begun.label(args.wants_snapshot());
+    let Begun { mut scene, snapshot: from, .. } = begun;
     let rods = rods::named(&scene, args)?;
-    if args.snapshot && scene.model.has_timed_grips() {
-        bail!(
-            "--snapshot: {} has grips that take hold or let go on the way (`from_s`, `until_s`), of which a file keeps no \
-             trace; --from FOLDER goes on from the last frame",
-            scene.name
-        );
-    }
     use_threads(scene_args)?;
     let mut settings = settings(scene_args);
     let Way { solver, guess: name, choice, chosen } = way(args, &scene, &settings.step)?;
@@ -66,20 +71,17 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         _ => solved(&scene, &settings, &guess, choice.as_ref(), plane),
     };
     let mut simulation = simulation.map_err(|error| match error.downcast_ref() {
-        Some(SimulationError::Overlap(overlap)) => {
-            let what =
-                format!("{}: {}", scene_args.scene.as_deref().unwrap_or(&scene.name), overlapping(&scene, overlap));
-            error.context(what)
-        }
+        Some(SimulationError::Overlap(overlap)) => overlapping(&scene, scene_args, overlap),
         _ => error,
     })?;
-    if let Begin::Snapshot { snapshot, what } = &begin {
+    if let Some(From { snapshot, what, .. }) = &from {
         if simulation.restore(snapshot).is_err() {
             bail!(
                 "{what}: the snapshot is of a run with another formulation, integrator, solver or guess; with the same flags a run \
                  goes on from it, with FOLDER@K it begins anew with frame K"
             );
         }
+        label.holds.extend(hold_snapshot(&mut scene, &mut simulation, what)?);
         simulation.store(&mut scene.state);
     }
     let (scene, time) = (scene, simulation.time());
@@ -88,12 +90,16 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         set_time(&mut model, time);
     }
     // Listens to Ctrl-C before the first temporary file is made.
-    let progress = Progress::new(scene.run.steps, "steps", quiet)?;
-    let label = label(&scene, &settings, name, args);
+    let progress = Progress::with_lines(scene.run.steps, "steps", quiet)?;
+    let title = title(&scene, &settings, name, args);
     let wanted =
         args.wanted(&scene, origin(&scene, &scene_args.begin).map(|(_, origin)| origin.folder.as_path()), rods);
-    let keep = wanted.map(|wanted| Keep::open(wanted, &scene, &model, &label, time));
+    let keep = wanted.map(|wanted| Keep::open(wanted, &scene, &model, &title, time));
     let mut keep = keep.transpose().context("--out")?;
+    if let (Some(keep), Some(every)) = (&mut keep, args.snapshot_every) {
+        let label = label.clone();
+        keep.write_snapshots(Rhythm { every, label }, &mut simulation).context("--out")?;
+    }
     if !quiet {
         say!(
             "{}: {} segments, {} joints, {} steps of {:?} s",
@@ -103,12 +109,21 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
             scene.run.steps,
             scene.run.dt
         )?;
+        if let Some(From { what, is_unfinished, .. }) = &from {
+            let end = if *is_unfinished { ", the last snapshot of a run that did not come to its end" } else { "" };
+            say!("goes on at {} s{end} ({what})", number(time))?;
+        }
+        if let Some(rate) = &rate {
+            say!("{rate}")?;
+        }
     }
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&model, &state, scene.run.steps);
     let probes = if args.writes() || scene_args.json { scene.probes.as_slice() } else { &[] };
     let mut watch = Watch::new(&model, &state, time, probes, args.envelope);
-    let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, (&mut keep, &mut watch), progress)?;
+    let stops_apart = !args.keep_going && args.end_to_end.is_none();
+    let beside = (&mut keep, &mut watch);
+    let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, beside, &progress, stops_apart)?;
     if args.end_to_end.is_some() {
         // Predictions in the place of solves leave errors, of whatever size.
         reached.apart = None;
@@ -120,7 +135,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         simulation.store_model(&mut model);
         told.to_mut().model.motions = model.motions;
     }
-    let snapshot = keep.as_ref().is_some_and(Keep::wants_snapshot).then(|| simulation.snapshot());
+    let is_finite = reached.status != Status::NonFinite;
+    let snapshot = (args.wants_snapshot() && is_finite).then(|| simulation.snapshot());
     let summary = Summary::new(
         &told,
         &settings,
@@ -130,6 +146,11 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
             end_to_end: args.end_to_end.unwrap_or(0),
             planar: plane.is_some(),
             chosen,
+            set: scene_args.of.set.clone(),
+            left_out: left_out(&scene, scene_args),
+            fps: args.fps,
+            holds: label.holds.clone(),
+            time,
         },
         &simulation,
         &state,
@@ -137,15 +158,19 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         &reached,
     )
     .with_probes(watch.as_ref().and_then(|watch| watch.probes().cloned()));
-    let conditions = Conditions::new("run", label)
+    let conditions = Conditions::new("run", title)
         .with("machine", export::machine())
         .with("time step", format!("{:?} s", scene.run.dt));
     let refused = reached.refused.take();
     let envelope = watch.as_ref().and_then(|watch| watch.envelope.as_ref());
     let written = keep
-        .map(|keep| keep.close(&told, &summary, &conditions, snapshot.as_ref(), envelope, refused))
+        .map(|keep| {
+            let last = snapshot.as_ref().map(|snapshot| (&label, snapshot));
+            keep.close(&told, &summary, &conditions, last, envelope, refused, &progress)
+        })
         .transpose()
         .context("--out");
+    progress.finish();
     if scene_args.json {
         say!("{}", serde_json::to_string_pretty(&summary)?)?;
     } else if !quiet {
@@ -165,6 +190,10 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
             scene.name, reached.steps
         )),
         (interrupted, _) => match apart {
+            Some(apart) if stops_apart => Outcome::Stuck(format!(
+                "{}: stopped after step {} of {}: {apart}; --keep-going goes on",
+                scene.name, reached.steps, scene.run.steps
+            )),
             Some(apart) => Outcome::Stuck(format!("{}: {apart}", scene.name)),
             None if interrupted => Outcome::Interrupted,
             // Predictions in the place of solves have no tolerance to meet.
@@ -188,7 +217,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
 }
 
 /// The run in a few words, for pictures.
-fn label(scene: &Scene, settings: &Settings, guess: GuessName, args: &RunArgs) -> String {
+fn title(scene: &Scene, settings: &Settings, guess: GuessName, args: &RunArgs) -> String {
     let Settings { step, solver } = settings;
     let way = match step.integrator {
         Integrator::Euler => step.formulation.to_string(),
@@ -221,17 +250,19 @@ fn solved(
     Ok(Simulation::new(&scene.model, &scene.state, settings, factory)?)
 }
 
-/// Steps until all are done, numbers are not finite, the disk takes no more frames, or Ctrl-C. `state` is the last finite one in the end.
+/// Steps until all are done, joints are apart (if it `stops_apart`), numbers are not finite, the disk takes no more, or Ctrl-C.
+/// `state` is the last finite one in the end.
 fn go(
     scene: &Scene,
     simulation: &mut Simulation,
     state: &mut State,
     measured: &mut Measured,
     (keep, watch): (&mut Option<Keep<'_>>, &mut Option<Watch<'_>>),
-    progress: Progress,
+    progress: &Progress,
+    stops_apart: bool,
 ) -> Result<Reached> {
     let (mut status, mut steps, mut wall, mut refused) = (Status::Converged, 0, Duration::ZERO, None);
-    let mut apart = None;
+    let (mut apart, mut snapshot) = (None, Snapshot::default());
     let (mut next, mut model) = (state.clone(), Cow::Borrowed(&scene.model));
     let mut last = scene.run.steps == 0 || progress.stopped();
     while !last {
@@ -247,6 +278,18 @@ fn go(
                 simulation.store_model(model.to_mut());
             }
             Apart::note(&mut apart, (steps, simulation.time(), now), scene, &model, &next);
+            if stops_apart && apart.is_some() {
+                (status, last) = (status.max(Status::Apart), true);
+            }
+        }
+        if keep.as_ref().is_some_and(|keep| keep.wants_snapshot(steps, scene.run.dt)) && !last {
+            simulation.store(&mut next);
+            // What is not finite is nothing to go on from.
+            if let (Some(keep), true) = (keep.as_mut(), is_finite(&next)) {
+                simulation.snapshot_into(&mut snapshot);
+                refused = keep.push_snapshot(&snapshot).err();
+                last |= refused.is_some();
+            }
         }
         let measure = last || measured.wants(steps);
         let keeps = keep.as_ref().is_some_and(|keep| keep.wants(steps, last));
@@ -276,11 +319,11 @@ fn go(
         }
         std::mem::swap(state, &mut next);
         if let Some(keep) = keep.as_mut().filter(|_| keeps) {
-            refused = keep.push(&model, simulation, state, steps, last).err();
+            refused = refused.or(keep.push(&model, simulation, state, steps, last).err());
             last |= refused.is_some();
         }
     }
-    Ok(Reached { steps, status, apart, interrupted: progress.finish(), refused, wall })
+    Ok(Reached { steps, status, apart, interrupted: progress.stopped(), refused, wall })
 }
 
 /// Makes what of a model changes over time that of a time [s].

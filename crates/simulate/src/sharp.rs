@@ -6,7 +6,7 @@ use rod::{Freedom, Model, State};
 use scene::Scene;
 use serde::Serialize;
 
-use crate::apart::place;
+use crate::held::place;
 use crate::numbers::{number, share};
 
 /// Angle of a joint from which on a run says so [degrees]: there a joint is 2 % too soft.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use anyhow::{Context, Error, Result};
+use anyhow::{Context, Result};
 use rod::measure;
 use scene::Scene;
 use serde::Serialize;
@@ -11,13 +11,14 @@ use solver::simulation::{ContactForce, Touched};
 use solver::statics::{StaticParams, equilibrium};
 
 use crate::Outcome;
+use crate::at_rest::AtRest;
 use crate::cli::{RestArgs, StaticArgs};
-use crate::files::{Files, Wanted, Written};
+use crate::files::Written;
 use crate::kept_scene::chosen;
 use crate::learned_start::{self, Begin};
 use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::{along, branches, scenes};
-use terminal::say;
+use terminal::{Progress, say};
 
 /// The scene that is looked at where none is named.
 const FIRST: &str = "heavy-cantilever";
@@ -72,6 +73,8 @@ struct Report {
     energy_end_j: f64,
     #[serde(skip)]
     energy_scale_j: f64,
+    /// Of what is driven, loads and gravity, in all frames.
+    stands_at_s: f64,
     /// End face of the last segment of each rod [m].
     tips_m: Vec<[f64; 3]>,
 }
@@ -88,9 +91,18 @@ struct Press {
 
 /// The scene whose equilibrium is looked for, with the state in which the search begins.
 pub(crate) fn begun(args: &RestArgs) -> Result<Scene> {
-    let mut scene = chosen(args.scene.as_deref(), &args.begin, FIRST, [args.seed, args.index])?;
+    let from = args.begin.from.as_ref().map(|origin| origin.folder.clone());
+    let mut scene = chosen(args.scene.as_deref(), from, FIRST, &args.of)?;
     scenes::begin_with_frame(&mut scene, &args.begin)?;
     Ok(scene)
+}
+
+/// A scene in which nothing is driven and nothing changes from time 0 on.
+pub(crate) fn still(mut scene: Scene) -> Scene {
+    scene.model.motions.clear();
+    scene.model.changes.clear();
+    scene.model.contacts.obstacles.iter_mut().for_each(|obstacle| obstacle.motion = None);
+    scene
 }
 
 /// Prints a report, and what was written beside it.
@@ -107,6 +119,9 @@ pub(crate) fn tell<T: Serialize>(
     print(report)?;
     if let Some(written) = closed? {
         say!("written to {}: {}", written.directory.display(), written.names.join(", "))?;
+        if let Some(page) = written.page() {
+            say!("open {}", page.display())?;
+        }
     }
     Ok(())
 }
@@ -134,8 +149,10 @@ pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
 fn relax(args: &StaticArgs) -> Result<Outcome> {
     args.start.check()?;
     let scene = begun(&args.rest)?;
-    let wanted = args.out.as_deref().map(Wanted::plain);
-    let files = wanted.map(|wanted| Files::open(wanted, &scene, 1.0, 0, 0.0)).transpose().context("--out")?;
+    // What is driven and changes stays as it is at time 0; the equilibrium is the frame at time 1.
+    let scene = still(scene);
+    let progress = Progress::new(1, "equilibria", true)?;
+    let files = AtRest::open(args, &scene, 1.0, None).context("--out")?;
     let params = params(args);
     let mut state = scene.state.clone();
     let begin = Instant::now();
@@ -172,12 +189,13 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
         energy_start_j: measure::energy(&scene.model, &scene.state).total(),
         energy_end_j: measure::energy(&scene.model, &state).total(),
         energy_scale_j: energy_scale(&scene.model, &state),
+        stands_at_s: 0.0,
         tips_m: scene.rods.iter().filter(|rod| !rod.segments.is_empty()).map(|rod| tip(&rod.segments)).collect(),
     };
     let mut closed = Ok(None);
     if let Some(mut files) = files {
-        let refused = files.writer.push(&state, &[], 1.0).err().map(Error::from);
-        closed = files.close(&scene, &report, refused, |_| Ok(())).context("--out").map(Some);
+        let refused = files.push(&scene.model, &state, (&found.forces, &found.contacts), 1.0).err();
+        closed = files.close(&scene, &report, refused, &progress, |_| Ok(())).context("--out").map(Some);
     }
     tell(&report, args.rest.json, closed, print)?;
     Ok(if found.converged { Outcome::Done } else { Outcome::NotConverged })

@@ -16,6 +16,7 @@ use crate::apart::Apart;
 use crate::braking::Braked;
 use crate::coarse::TooCoarse;
 use crate::files::Written;
+use crate::held::Hold;
 use crate::measured::Measured;
 use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::reached::Reached;
@@ -60,12 +61,28 @@ pub(crate) struct Start {
     pub(crate) planar: bool,
     /// Which solver and start were chosen for the scene, and why; `None` where both were asked for.
     pub(crate) chosen: Option<String>,
+    /// What was changed in the scene's file.
+    pub(crate) set: Vec<String>,
+    /// What the scene's file leaves out of its materials, and what they are then.
+    pub(crate) left_out: Vec<String>,
+    /// Frames a second, if they were asked for.
+    pub(crate) fps: Option<f64>,
+    /// What was held otherwise than the scene says when the run began.
+    pub(crate) holds: Vec<Hold>,
+    /// Time at the start [s].
+    pub(crate) time: f64,
 }
 
 /// A run's summary.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
     scene: String,
+    /// What was changed in the scene's file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    set: Vec<String>,
+    /// What the scene's file leaves out of its materials, and what they are then.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    defaults: Vec<String>,
     segments: usize,
     joints: usize,
     connected_sets: usize,
@@ -88,9 +105,15 @@ pub(crate) struct Summary {
     tolerance: f64,
     /// Error of a contact that is good enough, relative to the smaller radius.
     contact_tolerance: f64,
+    /// Time at the start, of a run that goes on [s].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    begin_s: Option<f64>,
     dt_s: f64,
     steps: usize,
     steps_asked: usize,
+    /// Frames a second, if they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fps: Option<f64>,
     threads: usize,
     /// Worst status of any step.
     status: &'static str,
@@ -130,6 +153,9 @@ pub(crate) struct Summary {
     /// What the probes have read, over all steps; missing in scenes without any.
     #[serde(skip_serializing_if = "Option::is_none")]
     probes: Option<OfProbes>,
+    /// What was held otherwise than the scene says, or was taken hold of on the way.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    held: Vec<Hold>,
     /// BLAKE3 of the final positions, orientations, velocities and angular velocities, as little-endian f64.
     final_state_hash: String,
 }
@@ -151,8 +177,13 @@ impl Summary {
         let wall = seconds(reached.wall);
         let integrator = settings.step.integrator;
         let too_coarse = TooCoarse::of(scene, integrator, reached.steps, measured);
+        let grips = simulation.timed_grips();
+        let taken = grips.iter().filter_map(|grip| Hold::of_grip(&scene.model, grip));
+        let held = start.holds.iter().cloned().chain(taken);
         Self {
             scene: scene.name.clone(),
+            set: start.set.clone(),
+            defaults: start.left_out.clone(),
             segments: scene.model.segments.len(),
             joints: scene.model.joints.len(),
             connected_sets: simulation.components(),
@@ -171,9 +202,11 @@ impl Summary {
             planar: start.planar,
             tolerance: settings.step.relative_tolerance,
             contact_tolerance: settings.step.contact_tolerance,
+            begin_s: Some(start.time).filter(|time| *time > 0.0),
             dt_s: scene.run.dt,
             steps: reached.steps,
             steps_asked: scene.run.steps,
+            fps: start.fps,
             threads: rayon::current_num_threads(),
             status: reached.status.name(),
             joints_apart: reached.apart.clone(),
@@ -211,6 +244,7 @@ impl Summary {
             too_coarse,
             sharp_joint: SharpJoint::of(scene, &measured.sharpest),
             probes: None,
+            held: held.collect(),
             final_state_hash: hash(state),
         }
     }
@@ -228,6 +262,16 @@ impl Summary {
         } else {
             String::new()
         };
+        if !self.set.is_empty() {
+            say!("set: {}", self.set.join(", "))?;
+        }
+        if !self.defaults.is_empty() {
+            const SHOWN: usize = 5;
+            let more = self.defaults.len().saturating_sub(SHOWN);
+            let more = if more > 0 { format!("; and of {more} more rods") } else { String::new() };
+            let shown = &self.defaults[..self.defaults.len().min(SHOWN)];
+            say!("defaults, as the file does not say: {}{more}", shown.join("; "))?;
+        }
         let Self { formulation, solver, guess, .. } = self;
         let tangent = match self.tangent {
             "auto" => String::new(),

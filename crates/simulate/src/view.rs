@@ -44,7 +44,7 @@ fn is_free(path: &Path) -> Result<bool> {
 fn read(directory: &Path) -> Result<view::Run> {
     let file = directory.join(RUN);
     if !file.exists() {
-        bail!("RUNS: {} has no {RUN}, which a run with --view writes", directory.display());
+        bail!("{} has no {RUN}, which a run with --view writes", directory.display());
     }
-    view::read_run(&file).context("RUNS")
+    Ok(view::read_run(&file)?)
 }

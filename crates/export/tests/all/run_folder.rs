@@ -24,14 +24,15 @@ fn names(directory: &Path) -> Vec<String> {
 
 /// A run that writes these files, frames into folders of frames, and ends.
 fn run(directory: &Path, files: &[&str]) {
-    let folder = RunFolder::take(directory, files).unwrap();
+    let folder = RunFolder::take(directory, files, &[]).unwrap();
+    let place = folder.path().to_owned();
     for name in files {
         match name.strip_suffix('/') {
             Some(extension) => {
-                fs::create_dir(directory.join(extension)).unwrap();
-                fs::write(directory.join(format!("{extension}/frame_0000.{extension}")), "ours").unwrap();
+                fs::create_dir(place.join(extension)).unwrap();
+                fs::write(place.join(format!("{extension}/frame_0000.{extension}")), "ours").unwrap();
             }
-            None => fs::write(directory.join(name), "ours").unwrap(),
+            None => fs::write(place.join(name), "ours").unwrap(),
         }
     }
     folder.finish(&files.iter().map(|&name| name.to_owned()).collect::<Vec<_>>()).unwrap();
@@ -103,7 +104,7 @@ fn what_is_in_the_way_is_named_and_nothing_is_touched() {
         }
         make(&directory.path().join(name));
         let before = names(directory.path());
-        let error = RunFolder::take(directory.path(), &["energy.svg", "summary.json", "vtp/"]).unwrap_err();
+        let error = RunFolder::take(directory.path(), &["energy.svg", "summary.json", "vtp/"], &[]).unwrap_err();
         let path = directory.path().join(taken);
         assert!(matches!(&error, ExportError::Taken { path: found } if *found == path), "{name}: {error}");
         assert_eq!(names(directory.path()), before, "{name}");
@@ -121,34 +122,68 @@ fn a_record_that_names_other_places_is_not_ours() {
     for name in ["../keep", "/etc/passwd", "..", ".", "", "a/../../keep", "a//"] {
         let record = serde_json::json!({"format": "rods-run-1", "finished": true, "files": [name]});
         write_json(&folder.join("run.json"), &record).unwrap();
-        let error = RunFolder::take(&folder, &["summary.json"]).unwrap_err();
+        let error = RunFolder::take(&folder, &["summary.json"], &[]).unwrap_err();
         assert!(matches!(error, ExportError::Taken { .. }), "{name}: {error}");
     }
     assert!(keep.exists());
 }
 
+/// A process that is killed leaves an earlier run as it was, and the next one removes what is left of it, but for what that is
+/// to keep.
 #[test]
-fn what_a_killed_run_leaves_goes() {
+fn a_killed_run_leaves_the_earlier_one_as_it_was() {
     let directory = tempfile::tempdir().unwrap();
-    // Dropped without an end, as by a process that is killed.
-    drop(RunFolder::take(directory.path(), &["centreline.csv", "vtp/"]).unwrap());
-    for file in [".centreline.csv-a1B2c3.tmp", ".run.json-Zz9Yy8.tmp", "centreline.csv"] {
-        fs::write(directory.path().join(file), "half").unwrap();
+    let directory = directory.path();
+    run(directory, &["summary.json", "vtp/"]);
+    let whole = names(directory);
+    let record = fs::read(directory.join("run.json")).unwrap();
+    let unfinished = directory.join(RunFolder::UNFINISHED);
+    for _ in 0..2 {
+        // Dropped without an end, as by a process that is killed.
+        drop(RunFolder::take(directory, &["table.csv", "vtp/", "snapshot"], &["snapshot"]).unwrap());
+        assert_eq!(fs::read(directory.join("run.json")).unwrap(), record);
+        for file in [".table.csv-a1B2c3.tmp", ".run.json-Zz9Yy8.tmp", "table.csv", "snapshot"] {
+            fs::write(unfinished.join(file), "half").unwrap();
+        }
+        fs::create_dir(unfinished.join(".vtp-a1B2c3.tmp")).unwrap();
+        fs::write(unfinished.join(".vtp-a1B2c3.tmp/frame_0000.vtp"), "half").unwrap();
     }
-    fs::create_dir(directory.path().join(".vtp-a1B2c3.tmp")).unwrap();
-    fs::write(directory.path().join(".vtp-a1B2c3.tmp/frame_0000.vtp"), "half").unwrap();
-    run(directory.path(), &["summary.json"]);
-    assert_eq!(names(directory.path()), ["run.json", "summary.json"]);
+    let folder = RunFolder::take(directory, &["summary.json"], &["snapshot"]).unwrap();
+    assert_eq!(names(&unfinished), ["run.json", "snapshot"]);
+    drop(folder);
+    let mut with_unfinished = whole;
+    with_unfinished.extend(["unfinished/", "unfinished/run.json", "unfinished/snapshot"].map(str::to_owned));
+    assert_eq!(names(directory), with_unfinished);
+    run(directory, &["summary.json"]);
+    assert_eq!(names(directory), ["run.json", "summary.json"]);
+    assert_eq!(fs::read_to_string(directory.join("run.json")).unwrap().matches("summary.json").count(), 1);
+}
+
+#[test]
+fn an_unfinished_folder_that_is_no_run_s_is_in_the_way() {
+    let directory = tempfile::tempdir().unwrap();
+    let unfinished = directory.path().join(RunFolder::UNFINISHED);
+    fs::create_dir(&unfinished).unwrap();
+    fs::write(unfinished.join("novel.txt"), "mine").unwrap();
+    let error = RunFolder::take(directory.path(), &["summary.json"], &[]).unwrap_err();
+    assert!(matches!(&error, ExportError::Taken { path } if *path == unfinished), "{error}");
+    assert_eq!(names(directory.path()), ["unfinished/", "unfinished/novel.txt"]);
+    // Beside a run's files, it stays.
+    fs::remove_file(unfinished.join("novel.txt")).unwrap();
+    let folder = RunFolder::take(directory.path(), &["summary.json"], &[]).unwrap();
+    fs::write(unfinished.join("novel.txt"), "mine").unwrap();
+    folder.finish(&[]).unwrap();
+    assert_eq!(names(directory.path()), ["run.json", "unfinished/", "unfinished/novel.txt"]);
 }
 
 #[test]
 #[cfg(unix)]
 fn a_folder_is_one_run_s_at_a_time() {
     let directory = tempfile::tempdir().unwrap();
-    let first = RunFolder::take(directory.path(), &["summary.json"]).unwrap();
-    let error = RunFolder::take(directory.path(), &["summary.json"]).unwrap_err();
+    let first = RunFolder::take(directory.path(), &["summary.json"], &[]).unwrap();
+    let error = RunFolder::take(directory.path(), &["summary.json"], &[]).unwrap_err();
     assert!(matches!(error, ExportError::Busy { .. }), "{error}");
-    assert_eq!(first.path(), directory.path());
+    assert_eq!(first.directory(), directory.path());
     first.finish(&[]).unwrap();
-    RunFolder::take(directory.path(), &["summary.json"]).unwrap();
+    RunFolder::take(directory.path(), &["summary.json"], &[]).unwrap();
 }

@@ -3,11 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use export::{
-    ExportError, Names, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, read_trajectory, write_centreline,
-};
+use export::{ExportError, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, read_trajectory};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{JointForce, Model, Segment, State};
+use rod::{JointForce, State};
 use safetensors::{Dtype, SafeTensors};
 
 fn info() -> TrajectoryInfo {
@@ -281,38 +279,6 @@ fn impossible_places_are_named_before_the_run() {
     fs::create_dir(&taken).unwrap();
     let error = TrajectoryWriter::create(directory.path(), 2, 0, info()).unwrap_err().to_string();
     assert_eq!(error, format!("cannot write {}: is a directory", taken.display()));
-}
-
-#[test]
-fn the_centreline_is_a_table() {
-    let directory = tempfile::tempdir().unwrap();
-    let mut reader = TrajectoryReader::open(&write(directory.path(), 3, 2)).unwrap();
-    let segments = [0, 0, 1].map(|rod| Segment {
-        length: 0.1,
-        radius: 0.01,
-        density: 1e3,
-        line_inertia: None,
-        added_mass: 0.0,
-        fixed: false,
-        rod,
-        body: None,
-    });
-    let model = Model { segments: segments.to_vec(), ..Model::default() };
-    let called = Names::new(&model, &["first".to_owned(), "a, b".to_owned()], &[]);
-    let path = directory.path().join("centreline.csv");
-    write_centreline(&path, &mut reader, &segments, &called).unwrap();
-    let table = fs::read_to_string(&path).unwrap();
-    let lines: Vec<_> = table.lines().collect();
-    assert_eq!(lines.len(), 1 + 2 * 3);
-    assert_eq!(lines[0], "frame,time_s,rod,rod_name,segment,segment_of_rod,x_m,y_m,z_m");
-    let x = state(3, 1).positions[2];
-    assert_eq!(lines[6], format!("1,0.3,1,\"a, b\",2,0,{:?},{:?},{:?}", x.x, x.y, x.z));
-    assert!(matches!(
-        write_centreline(&path, &mut reader, &segments[..2], &called),
-        Err(ExportError::Segments { found: 2, expected: 3 })
-    ));
-    let mut state = State::default();
-    assert!(matches!(reader.read_frame(2, &mut state), Err(ExportError::NoFrame { frame: 2, frames: 2 })));
 }
 
 /// Names the directory to write into, where the system takes no more than so many KiB a file.

@@ -13,6 +13,7 @@ mod moving_obstacles;
 mod overlaps;
 mod probes;
 mod refined;
+mod set;
 mod shapes;
 mod text;
 mod weave;

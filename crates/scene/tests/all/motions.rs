@@ -120,6 +120,7 @@ fn mistakes_in_a_table_are_named_with_their_line() {
     ] {
         let error = with_table(table).unwrap_err();
         assert!(error.contains(expected) && error.starts_with("grip.csv:") && !error.contains('\n'), "{error}");
+        assert!(error.contains(" (the file that ") && error.contains("x.toml:"), "{error}");
     }
 }
 
@@ -130,7 +131,8 @@ fn a_table_that_is_no_text_is_named() {
     let path = folder.path().join("x.toml");
     std::fs::write(&path, text("at = \"end-face\"\nfile = \"grip.csv\"")).unwrap();
     let error = scene::load(&path).unwrap_err().to_string();
-    assert!(error.ends_with("grip.csv:3: this is no CSV file: its text must be UTF-8"), "{error}");
+    let named = format!(" (the file that {}:", path.display());
+    assert!(error.contains(&format!("grip.csv:3: this is no CSV file: its text must be UTF-8{named}")), "{error}");
 }
 
 #[test]

@@ -18,9 +18,7 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         let name = entry.file_name().into_string().expect("UTF-8");
         if entry.path().is_dir() {
             found.extend(contents(&entry.path()).into_iter().map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
-        } else if !["trajectory.safetensors", "summary.json", "snapshots.svg", "centreline.csv"]
-            .contains(&name.as_str())
-        {
+        } else if !["trajectory.safetensors", "summary.json"].contains(&name.as_str()) {
             found.insert(name, fs::read(entry.path()).expect("a file"));
         }
     }
@@ -38,7 +36,7 @@ fn files_from_the_disk_are_those_of_the_run() {
         run_of(&[&flags[..], &["--out", at_all]].concat());
         run_of(&[&flags[..], &["--every", "3", "--out", at_few]].concat());
         // It keeps forces, of all rods.
-        run_of(&["--export", "obj", "--out", at_later]);
+        run_of(&["--export", "obj", "--trajectory", "--out", at_later]);
         assert_ne!(contents(&later), contents(&all));
         runs(&[&["export", at_later][..], &flags].concat());
         let without_record = |folder: &Path| {
@@ -83,7 +81,10 @@ fn mistakes_are_named() {
     fs::write(Path::new(own).join("run.glb"), "mine").expect("a file");
     fs::remove_file(Path::new(own).join("run-scene.toml")).expect("the scene of the run");
     for (arguments, expected) in [
-        (vec![folder.path().to_str().expect("UTF-8")], "has no trajectory.safetensors, which a run with --out writes"),
+        (
+            vec![folder.path().to_str().expect("UTF-8")],
+            "has no trajectory.safetensors, which a run with --trajectory writes",
+        ),
         (
             vec![own],
             "a run of the scene `cord`, which does not come with the program, without its run-scene.toml: say --scene FILE.toml",
@@ -92,7 +93,7 @@ fn mistakes_are_named() {
         (vec![own, "--scene", "helicks"], "--scene: there is no scene `helicks`; did you mean `helix`?"),
         (vec![own, "--scene", file, "--rods", "rope"], "--rods: the scene cord has no rod or body `rope`"),
         (vec![own, "--scene", file], "run.glb"),
-        (vec![arms], "two-arms has grips that take hold or let go on the way (`from_s`, `until_s`), of which a folder"),
+        (vec![arms, "--scene", "helix"], "--scene: the scene helix has 60 segments, but the run in "),
     ] {
         let output = run(&[&["export", "--export", "glb"][..], &arguments].concat());
         let (code, out, err) = texts(&output);

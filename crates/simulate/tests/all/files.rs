@@ -31,7 +31,7 @@ fn check(folder: &Path, dt: f64) -> Value {
     names.sort();
     assert_eq!(
         names,
-        ["centreline.csv", "run-scene.toml", "run.json", "snapshots.svg", "summary.json", "trajectory.safetensors"],
+        ["run-scene.toml", "run.json", "summary.json", "trajectory.safetensors"],
         "and no temporary files"
     );
 
@@ -42,7 +42,6 @@ fn check(folder: &Path, dt: f64) -> Value {
     let mut frame = vec![0.0; 13 * SEGMENTS];
     let parts = [("positions", 3), ("orientations", 4), ("velocities", 3), ("angular_velocities", 3)];
     let mut column = 0;
-    let mut positions = Vec::new();
     for (name, width) in parts {
         let (values, shape) = tensor(&file, name);
         assert_eq!(shape, [frames, SEGMENTS, width], "{name}");
@@ -52,9 +51,6 @@ fn check(folder: &Path, dt: f64) -> Value {
             frame[13 * i + column..13 * i + column + width].copy_from_slice(value);
         }
         column += width;
-        if name == "positions" {
-            positions = values;
-        }
     }
     let bytes: Vec<u8> = frame.iter().flat_map(|x| x.to_le_bytes()).collect();
     assert_eq!(summary["final_state_hash"], blake3::hash(&bytes).to_hex().as_str(), "the last frame is the summary's");
@@ -62,15 +58,6 @@ fn check(folder: &Path, dt: f64) -> Value {
     let (time, shape) = tensor(&file, "time");
     assert_eq!(shape, [frames]);
     assert!(time.iter().enumerate().all(|(k, t)| (t - k as f64 * dt).abs() < 1e-9 * (1.0 + t)));
-
-    let table = fs::read_to_string(folder.join("centreline.csv")).expect("a table");
-    let mut rows = table.lines();
-    assert_eq!(rows.next(), Some("frame,time_s,rod,rod_name,segment,segment_of_rod,x_m,y_m,z_m"));
-    assert!(table.ends_with('\n') && table.lines().count() == 1 + frames * SEGMENTS);
-    for (row, position) in rows.zip(positions.chunks_exact(3)) {
-        let cells: Vec<f64> = row.split(',').skip(6).map(|cell| cell.parse().expect("a number")).collect();
-        assert_eq!(cells, position);
-    }
     summary
 }
 
@@ -135,8 +122,6 @@ fn a_run_that_fails_writes_finite_numbers_only() {
         for name in ["positions", "orientations", "velocities", "angular_velocities", "time"] {
             assert!(tensor(&file, name).0.iter().all(|x| x.is_finite()), "{dt}: {name}");
         }
-        let table = fs::read_to_string(folder.path().join("centreline.csv")).expect("a table");
-        assert!(!table.contains("NaN") && !table.contains("inf"));
         // With --json, the object is there all the same.
         let output = run(&["helix", "--dt", dt, "--json"]);
         let printed: Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -196,4 +181,71 @@ fn modes_write_their_shapes_and_the_page_that_plays_them() {
     assert!(moved(0, 6) > 0.01, "a quarter of a swing");
     assert!(moved(0, 12) < 1e-12, "half of it");
     assert!(fs::read_to_string(folder.path().join("view.html")).unwrap().starts_with("<!doctype html>"));
+}
+
+/// Frames at exact times, with time steps that are no longer than the scene's.
+#[test]
+fn frames_a_second_are_at_their_times() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output =
+        run(&["helix", "--steps", "26", "--fps", "24", "--trajectory", "--view", "--export", "glb", "--out", out]);
+    let (code, said, err) = texts(&output);
+    assert_eq!((code, err), (Some(0), ""));
+    let expected = "24 frames a second, a frame every 3 steps; the time step is 0.0139 s instead of 0.02 s, so that frames fall on steps";
+    assert!(said.lines().any(|line| line == expected), "{said}");
+    let kept = export::read_trajectory(&folder.path().join("trajectory.safetensors")).expect("a trajectory");
+    // 0.52 s are 12.48 frames.
+    assert_eq!(kept.time.len(), 14);
+    assert!(kept.time.iter().enumerate().all(|(k, time)| (time - k as f64 / 24.0).abs() < 1e-15 * (1.0 + k as f64)));
+    assert_eq!(kept.info.dt, 1.0 / 24.0 / 3.0);
+    let shown = view::read_run(&folder.path().join("view.json")).expect("a run").decode().expect("a motion");
+    assert_eq!(shown.frames(), 14);
+    let summary: Value =
+        serde_json::from_slice(&fs::read(folder.path().join("summary.json")).expect("a file")).expect("JSON");
+    assert_eq!((&summary["fps"], &summary["steps"]), (&24.0.into(), &39.into()));
+}
+
+/// What is not asked for is not written.
+#[test]
+fn a_flag_writes_its_files_alone() {
+    let place = tempfile::tempdir().expect("a folder");
+    for (flag, files) in [
+        (&["--view"][..], &["view.html", "view.json"][..]),
+        (&["--plot"], &["energy.svg", "iterations.svg", "length.svg", "snapshots.svg", "stages.svg"]),
+        (&["--export", "csv"], &["joints.csv", "reactions.csv", "segments.csv"]),
+        (&["--export", "glb"], &["run.glb"]),
+        (&["--contact-forces"], &["contacts.csv"]),
+        (&["--snapshot"], &["snapshot.safetensors"]),
+        (&["--snapshot-every", "0.03"], &["snapshot.safetensors"]),
+        (&["--trajectory"], &["trajectory.safetensors"]),
+        (&[], &["trajectory.safetensors"]),
+    ] {
+        let out = place.path().join("out");
+        let path = out.to_str().expect("UTF-8");
+        let output = run(&[&["two-rods", "--steps", "3", "--quiet", "--out", path], flag].concat());
+        assert_eq!(texts(&output), (Some(0), "", ""), "{flag:?}");
+        let mut names: Vec<_> = fs::read_dir(&out)
+            .expect("a folder")
+            .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
+            .filter(|name| !["run.json", "summary.json"].contains(&name.as_str()))
+            .collect();
+        names.sort();
+        assert_eq!(names, files, "{flag:?}");
+    }
+}
+
+/// A scene's own file that leaves out materials hears what they are.
+#[test]
+fn defaults_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("rope.toml");
+    fs::write(&path, "[[rods]]\nname = \"rope\"\nradius_m = 0.01\nshape.straight = { length_m = 1, segments = 5 }\n")
+        .expect("a scene");
+    let file = path.to_str().expect("UTF-8");
+    let output = run(&[file, "--steps", "1", "--set", "rods.rope.density_kg_m3=1000"]);
+    let (_, said, _) = texts(&output);
+    assert!(said.contains("\ndefaults, as the file does not say: rope: youngs_modulus_pa = 100000\n"), "{said}");
+    assert_eq!(json(&[file, "--steps", "1"])["defaults"].as_array().expect("a list").len(), 1);
+    assert!(json(&["helix", "--steps", "1"]).get("defaults").is_none());
 }

@@ -26,8 +26,7 @@ fn runs(arguments: &[&str]) {
     assert_eq!(texts(&run(&[arguments, &["--quiet"]].concat())), (Some(0), "", ""), "{arguments:?}");
 }
 
-const ALWAYS: [&str; 6] =
-    ["centreline.csv", "run-scene.toml", "run.json", "snapshots.svg", "summary.json", "trajectory.safetensors"];
+const ALWAYS: [&str; 3] = ["run-scene.toml", "run.json", "summary.json"];
 
 /// The names that every run writes, and these.
 fn with(more: &[&str]) -> Vec<String> {
@@ -49,17 +48,18 @@ fn a_folder_holds_the_last_run_alone_and_what_is_not_a_run_s() {
     assert_eq!(names(&out), with(&exported));
     assert_eq!(fs::read_dir(out.join("vtp")).expect("frames").count(), 4);
     runs(&["knot", "--steps", "2", "--plot", "--out", path]);
-    assert_eq!(names(&out), with(&["energy.svg", "iterations.svg", "length.svg", "notes.txt", "stages.svg"]));
+    let plots = ["energy.svg", "iterations.svg", "length.svg", "notes.txt", "snapshots.svg", "stages.svg"];
+    assert_eq!(names(&out), with(&plots));
     assert_eq!(read(&out.join("summary.json"))["scene"], "knot");
     runs(&["bending-rod", "--steps", "1", "--out", path]);
-    assert_eq!(names(&out), with(&["notes.txt"]));
+    assert_eq!(names(&out), with(&["notes.txt", "trajectory.safetensors"]));
     assert_eq!(fs::read_to_string(out.join("notes.txt")).expect("a file"), "mine");
 
     // The run's own record says what is its.
     let record = read(&out.join("run.json"));
     assert_eq!(record["finished"], true);
     let files = record["files"].as_array().expect("names");
-    assert_eq!(files.len(), ALWAYS.len() - 1, "{record}");
+    assert_eq!(files.len(), 3, "{record}");
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn an_equilibrium_takes_the_place_of_a_run() {
     let (code, out, err) = texts(&output);
     assert_eq!((code, err), (Some(0), ""));
     assert!(out.contains(&format!("written to {path}: trajectory.safetensors, ")), "{out}");
-    assert_eq!(names(folder.path()), with(&[]));
+    assert_eq!(names(folder.path()), with(&["trajectory.safetensors"]));
 }
 
 /// What is not ours is named before anything is computed, and nothing is touched: not even an earlier run.
@@ -116,7 +116,7 @@ fn somebody_else_s_file_in_the_way_is_one_error() {
 /// Waits until a run has taken its folder.
 fn wait_for_record(folder: &Path) {
     let begin = Instant::now();
-    while !folder.join("run.json").exists() {
+    while !folder.join("unfinished").join("run.json").exists() {
         assert!(begin.elapsed() < Duration::from_secs(30), "no record in {}", folder.display());
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -124,9 +124,12 @@ fn wait_for_record(folder: &Path) {
 
 #[test]
 #[cfg(unix)]
-fn a_second_run_at_the_same_time_is_one_error_and_a_killed_one_leaves_nothing() {
+fn a_second_run_at_the_same_time_is_one_error_and_a_killed_one_leaves_the_earlier_one() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().to_str().expect("UTF-8");
+    runs(&["knot", "--steps", "3", "--export", "vtp", "--trajectory", "--out", path]);
+    let earlier = names(folder.path());
+    let whole = fs::read(folder.path().join("trajectory.safetensors")).expect("a trajectory");
     let long = ["helix", "--steps", "1000000000", "--quiet", "--export", "vtp", "--out", path];
     let mut first = simulate(&long).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
     wait_for_record(folder.path());
@@ -142,11 +145,19 @@ fn a_second_run_at_the_same_time_is_one_error_and_a_killed_one_leaves_nothing() 
     first.kill().expect("a signal");
     first.wait().expect("an end");
     // As if it had been killed while it wrote these.
-    fs::write(folder.path().join(".centreline.csv-a1B2c3.tmp"), "half").expect("a file");
-    fs::create_dir(folder.path().join(".vtp-Zz9Yy8.tmp")).expect("a folder");
-    fs::write(folder.path().join(".vtp-Zz9Yy8.tmp/frame_0000.vtp"), "half").expect("a file");
-    runs(&["knot", "--steps", "2", "--out", path]);
-    assert_eq!(names(folder.path()), with(&[]));
+    let unfinished = folder.path().join("unfinished");
+    fs::write(unfinished.join(".summary.json-a1B2c3.tmp"), "half").expect("a file");
+    fs::create_dir(unfinished.join(".vtp-Zz9Yy8.tmp")).expect("a folder");
+    fs::write(unfinished.join(".vtp-Zz9Yy8.tmp/frame_0000.vtp"), "half").expect("a file");
+    // The earlier run is there, whole.
+    assert_eq!(read(&folder.path().join("run.json"))["finished"], true);
+    assert_eq!(read(&folder.path().join("summary.json"))["steps"], 3);
+    assert_eq!(fs::read(folder.path().join("trajectory.safetensors")).expect("a trajectory"), whole);
+    assert_eq!(fs::read_dir(folder.path().join("vtp")).expect("frames").count(), 4);
+    let now: Vec<_> = names(folder.path()).into_iter().filter(|name| name != "unfinished").collect();
+    assert_eq!(now, earlier);
+    runs(&["knot", "--steps", "2", "--view", "--out", path]);
+    assert_eq!(names(folder.path()), with(&["view.html", "view.json"]));
 }
 
 /// Runs in a shell in which no file can be larger than so many KiB, as where a disk is full.
@@ -168,13 +179,13 @@ fn limited(kib: usize, arguments: &[&str]) -> std::process::Output {
 fn what_was_computed_is_kept_where_the_disk_is_full() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().to_str().expect("UTF-8");
-    let output = limited(2048, &["helix", "--steps", "1000000", "--view", "--out", path]);
+    let output = limited(2048, &["helix", "--steps", "1000000", "--trajectory", "--view", "--out", path]);
     let (code, out, err) = texts(&output);
     assert_eq!(code, Some(2), "{err}");
     let why = format!("cannot write into {path}: File too large");
     assert!(err.starts_with(&format!("error: --out: {why}")) && err.lines().count() == 1, "{err}");
     assert!(out.contains(" of 1000000, "), "{out}");
-    assert_eq!(names(folder.path()), ["run.json", "summary.json", "trajectory.safetensors"]);
+    assert_eq!(names(folder.path()), with(&["trajectory.safetensors"]));
 
     let summary = read(&folder.path().join("summary.json"));
     let incomplete = &summary["incomplete"];
@@ -189,7 +200,7 @@ fn what_was_computed_is_kept_where_the_disk_is_full() {
     assert!(err.contains(&format!(" has {frames} of {computed} frames, without ")), "{err}");
     assert_eq!(
         read(&folder.path().join("run.json"))["files"],
-        serde_json::json!(["trajectory.safetensors", "summary.json"])
+        serde_json::json!(["trajectory.safetensors", "summary.json", "run-scene.toml"])
     );
     // They are the frames of the run on a larger disk.
     let whole = tempfile::tempdir().expect("a folder");
@@ -209,7 +220,8 @@ fn files_that_do_not_fit_are_named() {
     assert_eq!((code, out), (Some(2), ""), "{err}");
     assert!(err.contains("cannot write ") && err.contains("segments.csv: File too large"), "{err}");
     assert!(err.ends_with(" has 41 of 41 frames, without segments.csv, joints.csv, reactions.csv\n"), "{err}");
-    assert_eq!(names(folder.path()), with(&[]));
+    // The motion was not asked for, but others can be made of it later.
+    assert_eq!(names(folder.path()), with(&["trajectory.safetensors"]));
     let summary = read(&folder.path().join("summary.json"));
     assert_eq!(summary["incomplete"]["missing"], serde_json::json!(["segments.csv", "joints.csv", "reactions.csv"]));
 }

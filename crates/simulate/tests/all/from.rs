@@ -41,7 +41,7 @@ fn a_run_begins_with_another_ones_last_frame_or_a_named_one() {
 fn a_run_that_goes_on_leaves_the_folder_that_it_begins_with() {
     let place = tempfile::tempdir().expect("a folder");
     for (from, own) in [(None, "out/helix"), (Some("out/helix"), "out/helix-2"), (Some("out/helix-2"), "out/helix-3")] {
-        let mut arguments = vec!["helix", "--steps", "2", "--plot", "--quiet"];
+        let mut arguments = vec!["helix", "--steps", "2", "--plot", "--trajectory", "--quiet"];
         arguments.extend(from.iter().flat_map(|from| ["--from", from]));
         let output = simulate(&arguments).current_dir(&place).output().expect("it starts");
         assert_eq!(texts(&output), (Some(0), "", ""), "{from:?}");
@@ -76,10 +76,7 @@ fn what_is_no_run_of_the_scene_is_refused() {
     runs(&["helix", "--steps", "3", "--out", &first]);
     let frame = format!("{first}@4");
     for (arguments, expected) in [
-        (
-            ["helix", "--from", "nowhere"],
-            "--from nowhere: it is no folder of a run; there is no trajectory.safetensors",
-        ),
+        (["helix", "--from", "nowhere"], "--from nowhere: there is no trajectory.safetensors in it, and no snapshot"),
         (["helix", "--from", "out@x"], "the frame x must be a whole number from 0 on"),
         (["helix", "--from", &frame], "frame 4, but the run has the frames 0 to 3"),
         (["bending-rod", "--from", &first], "the run has 60 segments, but the scene bending-rod has 30"),

@@ -50,7 +50,7 @@ fn a_run_goes_on_from_its_snapshot_as_if_it_had_not_ended() {
         let place = tempfile::tempdir().expect("a folder");
         let [whole, first, second] = names(place.path(), ["whole", "first", "second"]);
         runs(&[scene, &["--steps", "40", "--out", &whole]].concat());
-        runs(&[scene, &["--steps", "25", "--out", &first, "--snapshot"]].concat());
+        runs(&[scene, &["--steps", "25", "--out", &first, "--snapshot", "--trajectory"]].concat());
         runs(&[scene, &["--steps", "15", "--out", &second, "--from", &first]].concat());
         let [whole, first, second] = [whole, first, second].map(|folder| trajectory(&folder));
         assert_eq!(first.states[..], whole.states[..26], "{scene:?}");
@@ -64,10 +64,11 @@ fn a_run_goes_on_from_its_snapshot_as_if_it_had_not_ended() {
 fn a_run_that_is_interrupted_leaves_its_snapshot() {
     let place = tempfile::tempdir().expect("a folder");
     let [first, second] = names(place.path(), ["first", "second"]);
-    let arguments = ["helix", "--steps", "1000000000", "--every", "1000", "--out", &first, "--snapshot", "--quiet"];
+    let arguments =
+        ["helix", "--steps", "1000000000", "--every", "1000", "--out", &first, "--snapshot", "--trajectory", "--quiet"];
     let mut child = crate::common::simulate(&arguments).spawn().expect("the program starts");
     let begin = Instant::now();
-    while !Path::new(&first).exists() && begin.elapsed() < Duration::from_secs(10) {
+    while !Path::new(&first).join("unfinished").exists() && begin.elapsed() < Duration::from_secs(10) {
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(Duration::from_millis(200));
@@ -83,7 +84,7 @@ fn a_run_that_is_interrupted_leaves_its_snapshot() {
 fn a_snapshot_of_something_else_is_refused_and_a_frame_is_not() {
     let place = tempfile::tempdir().expect("a folder");
     let [first, second, file] = names(place.path(), ["first", "second", "helix.toml"]);
-    runs(&["helix", "--steps", "3", "--out", &first, "--snapshot"]);
+    runs(&["helix", "--steps", "3", "--out", &first, "--snapshot", "--trajectory"]);
     let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../scene/scenes/helix.toml")).expect("a scene");
     fs::write(&file, format!("damping = {{ linear_per_s = 0.5 }}\n{text}")).expect("a file");
     let frame = format!("{first}@3");
@@ -114,14 +115,15 @@ fn a_snapshot_of_something_else_is_refused_and_a_frame_is_not() {
 fn every_n_th_frame_is_kept_and_the_last_one() {
     let place = tempfile::tempdir().expect("a folder");
     let [whole, some] = names(place.path(), ["whole", "some"]);
-    runs(&["two-arms", "--steps", "10", "--out", &whole, "--export", "csv"]);
-    runs(&["two-arms", "--steps", "10", "--out", &some, "--export", "csv", "--view", "--plot", "--every", "4"]);
+    let flags = ["two-arms", "--steps", "10", "--export", "csv", "--trajectory"];
+    runs(&[&flags[..], &["--out", &whole]].concat());
+    runs(&[&flags[..], &["--out", &some, "--view", "--plot", "--every", "4"]].concat());
     let [all, kept] = [&whole, &some].map(|folder| trajectory(folder));
     let frames = [0, 4, 8, 10];
     assert_eq!(kept.states, frames.map(|k| all.states[k].clone()));
     assert_eq!(kept.time, frames.map(|k| all.time[k]));
     assert_eq!(kept.forces, frames.map(|k| all.forces[k].clone()));
-    let (_, rows) = table(&some, "centreline.csv");
+    let (_, rows) = table(&some, "segments.csv");
     assert_eq!(rows.len(), 4 * all.states[0].len());
     // What holds an anchor has no inertia: it is the same whatever frames are kept.
     let reactions = |folder: &str, frame: &str| {
@@ -176,7 +178,7 @@ fn probes_and_contacts_say_what_the_rods_weigh() {
     let [file, out] = names(place.path(), ["scene.toml", "out"]);
     fs::write(&file, SCENE).expect("a file");
     // A gap of 1e-5 radii is good enough, which is 3e-5 of what gravity does in a step.
-    runs(&[&file, "--out", &out, "--contact-forces", "--contact-tolerance", "1e-5"]);
+    runs(&[&file, "--out", &out, "--trajectory", "--contact-forces", "--contact-tolerance", "1e-5"]);
     let weight = 9.81 * 1000.0 * std::f64::consts::PI * 1e-4 * 0.5;
     let number = |text: &str| text.parse::<f64>().expect(text);
 
@@ -234,7 +236,7 @@ fn a_scene_says_where_it_begins_and_the_flag_wins() {
 
     fs::write(&file, format!("run.from = \"nowhere\"\n{rod}")).expect("a file");
     let error = refused(&[&file]);
-    assert!(error.contains("hang: run.from ") && error.contains("it is no folder of a run"), "{error}");
+    assert!(error.contains("hang: run.from ") && error.contains("there is no trajectory.safetensors in it"), "{error}");
 }
 
 /// Two cables, one of which hangs on a body that is driven, and a body by itself.
@@ -275,22 +277,20 @@ fn named_rods_alone_are_drawn_and_tabulated() {
     let place = tempfile::tempdir().expect("a folder");
     let [scene, whole, some] = names(place.path(), ["named.toml", "whole", "some"]);
     fs::write(&scene, NAMED).expect("a file");
-    let files = ["--view", "--plot", "--export", "csv,vtp,glb,obj"];
+    let files = ["--view", "--plot", "--export", "csv,vtp,glb,obj", "--trajectory"];
     runs(&[&[&scene, "--out", &whole][..], &files].concat());
     runs(&[&[&scene, "--out", &some, "--rods", "rope,ball"][..], &files].concat());
     // The motion, and what is read of it, is all there.
     assert_eq!(trajectory(&some), trajectory(&whole));
     assert_eq!(table(&some, "probes.csv"), table(&whole, "probes.csv"));
     // Rows are those of rods 1 and 3 of hand, ball, cable and rope; segments are counted among these.
-    for name in ["centreline.csv", "segments.csv"] {
-        let ((header, all), (same, rows)) = (table(&whole, name), table(&some, name));
-        let kept = all.into_iter().filter(|row| ["1", "3"].contains(&row[2].as_str())).map(|mut row| {
-            let segment: usize = row[4].parse().expect("a number");
-            row[4] = if segment == 1 { 0 } else { segment - 5 }.to_string();
-            row
-        });
-        assert_eq!((header, kept.collect::<Vec<_>>()), (same, rows), "{name}");
-    }
+    let ((header, all), (same, rows)) = (table(&whole, "segments.csv"), table(&some, "segments.csv"));
+    let kept = all.into_iter().filter(|row| ["1", "3"].contains(&row[2].as_str())).map(|mut row| {
+        let segment: usize = row[4].parse().expect("a number");
+        row[4] = if segment == 1 { 0 } else { segment - 5 }.to_string();
+        row
+    });
+    assert_eq!((header, kept.collect::<Vec<_>>()), (same, rows));
     // The rope's joints: 4 between its segments, and that to its anchor. What they transmit is what they transmit.
     let [(_, all), (_, rows)] = [&whole, &some].map(|folder| table(folder, "joints.csv"));
     let rope: Vec<_> = all.iter().filter(|row| row[5].parse().is_ok_and(|b: usize| b >= 6)).collect();

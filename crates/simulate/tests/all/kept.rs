@@ -86,7 +86,7 @@ fn a_run_keeps_its_scene_and_what_that_names() {
     let scene = write_scene(place.path());
     let [own, again, on] = ["own", "again", "on"].map(|name| place.path().join("runs").join(name));
     let [at_own, at_again, at_on] = [&own, &again, &on].map(|path| path.to_str().expect("UTF-8"));
-    quiet(&[&scene, "--out", at_own, "--export", "csv"]);
+    quiet(&[&scene, "--out", at_own, "--export", "csv", "--trajectory"]);
     let kept = fs::read_to_string(own.join("run-scene.toml")).expect("the scene");
     assert_eq!(
         kept,
@@ -121,12 +121,47 @@ fn a_run_keeps_its_scene_and_what_that_names() {
     assert_eq!(texts(&output), (Some(2), "", why.as_str()));
 }
 
+/// A run with `--set` keeps what it has run.
+#[test]
+fn what_is_set_is_kept() {
+    let place = tempfile::tempdir().expect("a folder");
+    let scene = write_scene(place.path());
+    let own = place.path().join("own");
+    let at = own.to_str().expect("UTF-8");
+    let set = ["--set", "rods.rope.radius_m=0.02", "--set", "gravity_m_s2=[0, 0, -1.62]"];
+    quiet(&[&[&scene, "--steps", "2", "--out", at, "--export", "glb", "--trajectory"], &set[..]].concat());
+    let whole = fs::read(own.join("run.glb")).expect("a file");
+    let thick = |scene: &scene::Scene| scene.model.segments.last().expect("segments").radius;
+    let kept = scene::load(own.join("run-scene.toml")).expect("a scene");
+    assert_eq!((thick(&kept), kept.model.gravity.z), (0.02, -1.62));
+    quiet(&["export", at, "--export", "glb"]);
+    assert!(fs::read(own.join("run.glb")).expect("a file") == whole);
+    // It is the scene that is changed further.
+    let summary = json(&["--from", at, "--steps", "1", "--set", "rods.rope.density_kg_m3=7"]);
+    assert_eq!((&summary["scene"], &summary["set"]), (&json!("hang"), &json!(["rods.rope.density_kg_m3=7"])));
+    let output = run(&["--from", at, "--set", "rods.robe.radius_m=1"]);
+    assert!(texts(&output).2.contains("--set rods.robe.radius_m=1: none of rods is called `robe`"), "{output:?}");
+}
+
 #[test]
 fn random_scenes_are_kept_too() {
     let place = tempfile::tempdir().expect("a folder");
     let own = place.path().join("own");
     let at = own.to_str().expect("UTF-8");
-    quiet(&["random-helix", "--seed", "4", "--index", "2", "--steps", "2", "--out", at, "--export", "csv"]);
+    quiet(&[
+        "random-helix",
+        "--seed",
+        "4",
+        "--index",
+        "2",
+        "--steps",
+        "2",
+        "--out",
+        at,
+        "--export",
+        "csv",
+        "--trajectory",
+    ]);
     let table = |name: &str| fs::read(own.join(name)).expect("a table");
     let before = ["segments.csv", "joints.csv"].map(table);
     quiet(&["export", at, "--export", "csv"]);
@@ -164,7 +199,6 @@ fn everything_has_its_name_in_every_file() {
     };
     let all = ["hook", "cable, steel", "rope", "rope-1"];
     assert_eq!(column("segments.csv", "rod_name"), all);
-    assert_eq!(column("centreline.csv", "rod_name"), all);
     let held = ["cable, steel start-segment", "cable, steel end-face", "rope start-face", "rope-1 start-face"];
     assert_eq!(column("reactions.csv", "body_name"), held);
     assert_eq!(column("obstacles.csv", "obstacle_name"), ["wedge", "obstacle-1"]);

@@ -1,7 +1,9 @@
 //! All tests of the crate's public side as one program, which builds faster than one program a file.
 
+mod at_rest;
 mod common;
 mod docs;
+mod driven;
 mod english;
 mod exports;
 mod files;
@@ -11,6 +13,7 @@ mod from;
 mod gn;
 mod going_on;
 mod kept;
+mod killed;
 mod learned;
 mod learned_start;
 mod mistakes;

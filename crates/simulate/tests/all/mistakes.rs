@@ -131,9 +131,49 @@ fn flags() {
         ),
         ("--seed 3", "--seed needs a random scene (random-rod, random-helix, random-knot, random-tree), but the scene is bending-rod".to_owned()),
         ("--verbose", "unexpected argument '--verbose' found".to_owned()),
+        (
+            "helix --set rods.spring.radius_m=-1",
+            "--set rods.spring.radius_m=-1: none of rods is called `spring` (there are helix; rods[0] is the first)".to_owned(),
+        ),
+        (
+            "helix --set rods[0].radius_m=-1",
+            "--set rods[0].radius_m=-1: rods[0].radius_m = -1, but it must be finite and > 0 [m]".to_owned(),
+        ),
+        (
+            "random-rod --set run.dt_s=1",
+            "--set run.dt_s=1: random-rod is drawn at random, without a file whose keys could be changed".to_owned(),
+        ),
+        ("--fps 0 --view", "invalid value '0' for '--fps <FPS>': it must be a finite number > 0".to_owned()),
+        ("--fps 24 --every 2 --view", "the argument '--fps <FPS>' cannot be used with '--every <N>'".to_owned()),
+        (
+            "--fps 24",
+            "--fps says which frames are kept in files, but no file is asked for: give --out, for example".to_owned(),
+        ),
+        ("view nowhere", "nowhere has no view.json, which a run with --view writes".to_owned()),
+        (
+            "export nowhere --export csv",
+            "nowhere has no trajectory.safetensors, which a run with --trajectory writes".to_owned(),
+        ),
     ] {
         let words: Vec<&str> = arguments.split(' ').collect();
         assert_eq!(error(&words), format!("error: {expected}"), "{arguments}");
+    }
+}
+
+/// A flag of another command is named as such, and not taken for the name of a scene.
+#[test]
+fn flags_of_other_commands() {
+    for (arguments, tip) in [
+        (&["static", "helix", "--dt", "1"][..], Some("--dt is a flag of `simulate SCENE`")),
+        (&["view", "x", "--rods", "a"], Some("--rods is a flag of `simulate SCENE`, `simulate export`")),
+        (&["helix", "--nonsense"], None),
+    ] {
+        let output = run(arguments);
+        let (code, _, err) = texts(&output);
+        assert_eq!(code, Some(2), "{err}");
+        assert!(err.starts_with("error: unexpected argument '--") && !err.contains("as a value"), "{err}");
+        let said = err.lines().find_map(|line| line.trim().strip_prefix("tip: "));
+        assert_eq!(said, tip, "{err}");
     }
 }
 
@@ -233,15 +273,15 @@ fn overlaps() {
     };
     let write = |text: &str| fs::write(&file, format!("{text}{}", rod("[0, 0, 0]", "[1, 0, 0]"))).expect("a scene");
     let crossing = rod("[0.3, -0.8, 0.08]", "[0, 1, 0]");
-    let advice = "move them apart, or allow it (`allow_overlap`)";
+    let advice = "move them apart, or allow it (`contact.allow_overlap`)";
     write(&format!("contact = {{}}\n{crossing}"));
     let found = error(&[&file]);
-    let expected = "segment 1 (rod 0) and segment 4 (rod 1) overlap by 0.02 m at the start";
-    assert_eq!(found, format!("error: {file}: rod-0 and rod-1: {expected}; {advice}"));
+    let expected = "segment 1 of rod-0 and segment 0 of rod-1 overlap by 0.02 m at the start";
+    assert_eq!(found, format!("error: {file}:2: {expected}; {advice}"));
     assert_eq!(error(&[&file, "--json", "--contacts", "alternating"]), found);
     write("[[obstacles]]\nshape.plane.point_m = [0, 0, 0.02]\n");
-    let expected = "segment 0 (rod 0) overlaps obstacle 0 (a plane) by 0.07 m at the start, and 3 other pairs too";
-    assert_eq!(error(&[&file]), format!("error: {file}: rod-0 and obstacle-0: {expected}; {advice}"));
+    let expected = "segment 0 of rod-0 overlaps obstacle-0 (a plane) by 0.07 m at the start, and 3 other pairs too";
+    assert_eq!(error(&[&file]), format!("error: {file}:3: {expected}; {advice}"));
     // Small enough to be within the tolerance, or allowed.
     assert_eq!(run(&[&file, "--contact-tolerance", "2", "--steps", "1"]).status.code(), Some(0));
     write(&format!("contact.allow_overlap = true\n{crossing}"));
@@ -261,7 +301,7 @@ fn places_to_write() {
         format!("error: --out: cannot create the directory {file}: not a directory")
     );
     assert_eq!(fs::read_to_string(&file).expect("a file"), "keep me");
-    for name in ["trajectory.safetensors", "centreline.csv", "snapshots.svg", "summary.json"] {
+    for name in ["trajectory.safetensors", "summary.json"] {
         let out = path(&format!("out-{name}"));
         let taken = format!("{out}/{name}");
         fs::create_dir_all(&taken).expect("a folder");

@@ -47,7 +47,16 @@ fn the_player_shows_what_the_trajectory_has() {
     for (scene, steps) in [("helix", 40), ("tree-10", 20), ("net-on-sphere", 12), ("hair", 3)] {
         let out = folder.path().join(scene);
         let steps = steps.to_string();
-        let output = run(&[scene, "--steps", &steps, "--view", "--quiet", "--out", out.to_str().expect("UTF-8")]);
+        let output = run(&[
+            scene,
+            "--steps",
+            &steps,
+            "--view",
+            "--quiet",
+            "--trajectory",
+            "--out",
+            out.to_str().expect("UTF-8"),
+        ]);
         assert_eq!(texts(&output), (Some(0), "", ""), "{scene}");
         let shown = view::read_run(&out.join("view.json")).expect(scene);
         let decoded = shown.decode().expect(scene);
@@ -119,7 +128,16 @@ fn every_shipped_scene_can_be_taken_along() {
     let folder = tempfile::tempdir().expect("a folder");
     for scene in builtin_names() {
         let out = folder.path().join(scene);
-        let flags = ["--steps", "2", "--quiet", "--export", "vtp,csv,obj,glb", "--out", out.to_str().expect("UTF-8")];
+        let flags = [
+            "--steps",
+            "2",
+            "--quiet",
+            "--trajectory",
+            "--export",
+            "vtp,csv,obj,glb",
+            "--out",
+            out.to_str().expect("UTF-8"),
+        ];
         let output = run(&[&[scene][..], &flags].concat());
         assert_eq!(texts(&output), (Some(0), "", ""), "{scene}");
         let exact = trajectory(&out);

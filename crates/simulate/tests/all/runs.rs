@@ -345,11 +345,12 @@ fn a_run_whose_joints_come_apart_says_so_and_fails() {
     assert_eq!(json(&[file])["status"], "converged");
     // It goes 2 mm a step, and is at the ground in step 25. The joint is half a segment long: 0.05 m.
     fs::write(&path, led(0.1)).expect("a file");
-    let output = run(&[file, "--json"]);
+    let output = run(&[file, "--json", "--keep-going"]);
     let (code, out, error) = texts(&output);
     assert_eq!(code, Some(1), "{error}");
     let summary: Value = serde_json::from_str(out).expect("JSON");
     assert_eq!((summary["status"].as_str(), summary["steps"].as_u64()), (Some("joints apart"), Some(60)));
+    let going = summary["joints_apart"]["first_step"].as_u64().expect("a number");
     let apart = &summary["joints_apart"];
     let number = |key: &str| apart[key].as_f64().expect(key);
     assert!((27.0..=28.0).contains(&number("first_step")), "{apart}");
@@ -362,9 +363,22 @@ fn a_run_whose_joints_come_apart_says_so_and_fails() {
         error.contains("between what holds it and segment 0 of cable; look whether what is held is led into something"),
         "{error}"
     );
-    let output = run(&[file]);
+    let output = run(&[file, "--keep-going"]);
     let (code, out, _) = texts(&output);
     assert!(code == Some(1) && out.contains("joints apart: 60 steps"), "{out}");
+
+    // Unless it is told to go on, it ends there, with its files.
+    let out = folder.path().join("out");
+    let output = run(&[file, "--view", "--trajectory", "--out", out.to_str().expect("UTF-8")]);
+    let (code, printed, error) = texts(&output);
+    assert!(code == Some(1) && printed.contains(&format!("joints apart: {going} steps of 60")), "{printed}");
+    assert!(error.starts_with(&format!("error: led: stopped after step {going} of 60: joints came apart")), "{error}");
+    assert!(error.ends_with("; --keep-going goes on\n"), "{error}");
+    let kept = export::read_trajectory(&out.join("trajectory.safetensors")).expect("a trajectory");
+    assert_eq!(kept.states.len() as u64, going + 1);
+    assert!(out.join("view.html").exists());
+    let summary: Value = serde_json::from_slice(&fs::read(out.join("summary.json")).expect("a file")).expect("JSON");
+    assert_eq!((&summary["status"], summary["steps"].as_u64()), (&"joints apart".into(), Some(going)));
 }
 
 /// What is not solved to its tolerance says so to whoever reads the exit code alone, and writes its files all the same.

@@ -1,0 +1,133 @@
+//! What `simulate static` writes beside its report: forces, reactions, probes, the page, pictures.
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::{json, run, simulate, texts};
+use serde_json::Value;
+
+/// A cable that hangs between two clamps over a ground that it does not touch, and one load that changes later.
+const CABLE: &str = r#"
+[[rods]]
+name = "cable"
+radius_m = 0.01
+youngs_modulus_pa = 1e8
+density_kg_m3 = 1200
+shape.hung = { to_m = [4, 0, 0], length_m = 4.2, segments = 40 }
+[[rods.motions]]
+at = "start-face"
+times_s = [0, 1]
+shifts_m = [[0, 0, 0], [0, 0, 5]]
+[[rods.grips]]
+at = "end-face"
+[[probes]]
+name = "left"
+rod = "cable"
+at = "start-face"
+quantities = ["reaction", "tension"]
+[[probes]]
+name = "middle"
+rod = "cable"
+at = { segment = 20, fraction = 0.0 }
+quantities = ["tension"]
+"#;
+
+/// A table's header and rows.
+fn table(folder: &Path, name: &str) -> (Vec<String>, Vec<Vec<String>>) {
+    let mut reader = csv::Reader::from_path(folder.join(name)).expect(name);
+    let strings = |record: &csv::StringRecord| record.iter().map(str::to_owned).collect();
+    let header = strings(reader.headers().expect("a header"));
+    (header, reader.records().map(|record| strings(&record.expect("a row"))).collect())
+}
+
+#[test]
+fn an_equilibrium_has_its_forces() {
+    let place = tempfile::tempdir().expect("a folder");
+    let [file, out] = ["cable.toml", "out"].map(|name| place.path().join(name));
+    fs::write(&file, CABLE).expect("a scene");
+    let [file, to] = [&file, &out].map(|path| path.to_str().expect("UTF-8"));
+    let output = run(&["static", file, "--view", "--plot", "--export", "csv,glb", "--out", to]);
+    let (code, said, err) = texts(&output);
+    assert_eq!((code, err), (Some(0), ""));
+    assert_eq!(said.lines().last(), Some(format!("open {}", out.join("view.html").display()).as_str()));
+
+    // Two clamps bear the weight, by halves; the pull along the cable is the same at both.
+    let weight = 9.81 * 1200.0 * std::f64::consts::PI * 1e-4 * 4.2;
+    let number = |text: &str| text.parse::<f64>().expect(text);
+    let (header, rows) = table(&out, "reactions.csv");
+    let column = |name: &str| header.iter().position(|own| own == name).expect(name);
+    let [x, z] = ["force_x_n", "force_z_n"].map(column);
+    let borne: Vec<_> = rows.iter().map(|row| [number(&row[x]), number(&row[z])]).collect();
+    assert_eq!(borne.len(), 2, "of the equilibrium alone");
+    for [_, up] in &borne {
+        assert!((up / weight - 0.5).abs() < 1e-6, "{up} N of {weight} N");
+    }
+    assert!((borne[0][0] + borne[1][0]).abs() < 1e-6 * weight && borne[0][0] < 0.0, "{borne:?}");
+    let (header, rows) = table(&out, "probes.csv");
+    let value = |name: &str| number(&rows[1][header.iter().position(|own| own == name).expect(name)]);
+    assert!((value("left.reaction_force_z_n") - borne[0][1]).abs() < 1e-9 * weight);
+    assert!((value("middle.tension_n") + borne[0][0]).abs() < 0.01 * weight, "level in the middle");
+    assert!(value("left.tension_n") > value("middle.tension_n"));
+    for name in
+        ["view.json", "run.glb", "energy.svg", "length.svg", "snapshots.svg", "trajectory.safetensors", "summary.json"]
+    {
+        assert!(out.join(name).exists(), "{name}");
+    }
+    assert!(!out.join("iterations.svg").exists());
+
+    // The same later; what drives the face stays where it is at time 0.
+    let read = || ["reactions.csv", "joints.csv", "run.glb"].map(|name| fs::read(out.join(name)).expect(name));
+    let own = read();
+    for scene in [&[][..], &["--scene", file]] {
+        let output = run(&[&["export", to, "--export", "csv,glb", "--quiet"], scene].concat());
+        assert_eq!(texts(&output), (Some(0), "", ""));
+        assert!(read() == own, "{scene:?}");
+    }
+}
+
+/// The flow knows its forces, too, and each of several equilibria.
+#[test]
+fn the_flow_and_branches_have_theirs() {
+    let place = tempfile::tempdir().expect("a folder");
+    let [file, newton, flow, branches] =
+        ["cable.toml", "newton", "flow", "branches"].map(|name| place.path().join(name));
+    fs::write(&file, CABLE).expect("a scene");
+    let reactions = |out: &Path, more: &[&str]| {
+        let [file, to] = [file.as_path(), out].map(|path| path.to_str().expect("UTF-8"));
+        let output = run(&[&["static", file, "--export", "csv", "--out", to], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{more:?}");
+        let (header, rows) = table(out, "reactions.csv");
+        let z = header.iter().position(|name| name == "force_z_n").expect("a column");
+        rows.iter().map(|row| row[z].parse::<f64>().expect("a number")).collect::<Vec<_>>()
+    };
+    let own = reactions(&newton, &[]);
+    let of_flow = reactions(&flow, &["--method", "flow", "--tolerance", "1e-6"]);
+    assert!(own.iter().zip(&of_flow).all(|(a, b)| (a - b).abs() < 1e-3 * a.abs()), "{own:?} {of_flow:?}");
+    let of_branches = reactions(&branches, &["--branches"]);
+    assert!(of_branches.iter().all(|up| (up / own[0] - 1.0).abs() < 1e-6), "{own:?} {of_branches:?}");
+}
+
+#[test]
+fn without_out_it_has_a_folder_of_its_own() {
+    let place = tempfile::tempdir().expect("a folder");
+    for (arguments, out) in [
+        (&["static", "heavy-cantilever", "--view"][..], "out/heavy-cantilever-static"),
+        (&["modes", "heavy-cantilever", "--count", "1", "--view"], "out/heavy-cantilever-modes"),
+    ] {
+        let output = simulate(arguments).current_dir(&place).output().expect("it starts");
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+        assert!(place.path().join(out).join("view.html").exists(), "{out}");
+    }
+    assert!(!place.path().join("out/heavy-cantilever-modes/trajectory.safetensors").exists());
+}
+
+#[test]
+fn a_setting_changes_an_equilibrium() {
+    let tip = |modulus: &str| {
+        let report = json(&["static", "heavy-cantilever", "--set", &format!("rods[0].youngs_modulus_pa={modulus}")]);
+        report["tips_m"][0][2].as_f64().expect("a number")
+    };
+    assert!(tip("1e6") < tip("1e12"));
+    let report: Value = json(&["heavy-cantilever", "--steps", "1", "--set", "rods[0].youngs_modulus_pa=1e9"]);
+    assert_eq!(report["set"], serde_json::json!(["rods[0].youngs_modulus_pa=1e9"]));
+}
