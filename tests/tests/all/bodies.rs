@@ -476,3 +476,58 @@ fn a_large_body_rests_in_short_steps() {
         assert!(highest < GRAVITY * dt * dt, "steps of {dt} s: {highest} m");
     }
 }
+
+/// Two weights on a rope over a wheel that turns freely, a cylinder with flat ends: `a = (m - M) g / (m + M + rope + I / r^2)`.
+/// Without friction the wheel stands still, whatever faces stand for its side.
+#[test]
+fn a_rope_turns_a_wheel_by_friction_alone() {
+    const RADIUS: f64 = 0.10427526;
+    let down = |k: usize| format!("[{}, 0, {}]", -RADIUS, -0.81 + 0.03 * k as f64);
+    let round = |k: usize| {
+        let angle = std::f64::consts::PI * (1.0 - k as f64 / 24.0);
+        format!("[{}, 0, {}]", RADIUS * angle.cos(), RADIUS * angle.sin())
+    };
+    let up = |k: usize| format!("[{RADIUS}, 0, {}]", -0.03 * k as f64);
+    let nodes: Vec<String> = (0..27).map(down).chain((0..24).map(round)).chain((0..28).map(up)).collect();
+    let axle = |name: &str, side: f64| {
+        format!(
+            "[[rods]]\nname = \"{name}\"\nradius_m = 0.005\nyoungs_modulus_pa = 2e11\ntorsion_modulus_pa = 8e10\ndensity_kg_m3 = \
+             10\nbranch_of = {{ body = \"wheel\", at_m = [0, 0, {}] }}\nshape.straight = {{ direction = [0, {}, 0], length_m = \
+             0.02, segments = 2 }}\ngrips = [{{ at = \"end-face\", joint = \"hinge\" }}]\n",
+            0.15 * side,
+            -side
+        )
+    };
+    let end = |friction: f64| {
+        let text = format!(
+            "contact = {{ friction = {friction} }}\n[[bodies]]\nname = \"wheel\"\nshape.cylinder = {{ radius_m = 0.1, length_m = \
+             0.06 }}\nmass_kg = 1\nturn_deg = [90, 0, 0]\n{}{}[[rods]]\nname = \"rope\"\nradius_m = 0.004\nyoungs_modulus_pa = \
+             1e6\ndensity_kg_m3 = 20\nrest = \"straight\"\nshape.polyline = {{ nodes_m = [{}] }}\nmasses = [{{ segment = 0, mass_kg \
+             = 2 }}, {{ segment = -1, mass_kg = 1 }}]\n",
+            axle("axle-a", 1.0),
+            axle("axle-b", -1.0),
+            nodes.join(", ")
+        );
+        let scene = scene::parse(&text, "pulley.toml").unwrap();
+        let mut simulation = Simulation::new(&scene.model, &scene.state, &Settings::default(), None).unwrap();
+        for step in 0..300 {
+            let status = simulation.step(0.002).unwrap().status;
+            assert!(status <= Status::ConvergedInSubsteps, "friction {friction}, step {step}: {status:?}");
+        }
+        let mut end = scene.state.clone();
+        simulation.store(&mut end);
+        let rope = scene.rods.iter().find(|rod| rod.name == "rope").unwrap().segments.start;
+        let wheel = (0..end.len()).find(|&i| scene.model.segments[i].body.is_some()).unwrap();
+        (
+            scene.state.positions[rope].z - end.positions[rope].z,
+            end.velocities[rope].z,
+            end.angular_velocities[wheel].norm(),
+        )
+    };
+    let (fallen, speed, spin) = end(1.0);
+    println!("{} m/s^2, {speed} m/s, {spin} rad/s", fallen / (0.5 * 0.6 * 0.6));
+    assert!((fallen / (0.5 * 0.6 * 0.6) / 2.832 - 1.0).abs() < 5e-3, "{} m/s^2", fallen / 0.18);
+    assert!((spin * 0.102 / -speed - 1.0).abs() < 0.04, "{spin} rad/s at {speed} m/s");
+    let (_, speed, spin) = end(0.0);
+    assert!(spin < 1e-3 * speed.abs() / 0.1, "without friction: {spin} rad/s at {speed} m/s");
+}

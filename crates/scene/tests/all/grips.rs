@@ -51,6 +51,16 @@ fn an_end_is_pinned_hinged_and_held_by_springs() {
     assert!((three.shear_compliance - free.shear_compliance - 0.25).abs() < 1e-12);
     assert!((three.shear_extra + 0.25).abs() < 1e-12, "{} m/N", three.shear_extra);
     assert!((three.stretch_compliance - free.stretch_compliance - 0.125).abs() < 1e-12);
+    // Behind a hinge across the rod springs are across and along the rod, too: the anchor's d1 is the rod's axis.
+    let sliding = "at = \"end-face\"\njoint = \"hinge\"\naxis = [0, 2, 0]\nstiffness_n_m = [inf, 8]";
+    let model = parsed(&format!("[[rods.grips]]\n{sliding}")).model;
+    let (joint, anchor) = (model.joints[9], model.anchors[0]);
+    assert!(((anchor.orientation * Vector3::x()).x.abs() - 1.0).abs() < 1e-12);
+    assert!((joint.shear_compliance - free.shear_compliance - 0.125).abs() < 1e-12);
+    assert!((joint.shear_extra + 0.125).abs() < 1e-12 && joint.stretch_compliance == free.stretch_compliance);
+    model.validate(&parsed(&format!("[[rods.grips]]\n{sliding}")).state).unwrap();
+    let askew = "at = \"end-face\"\njoint = \"hinge\"\naxis = [1, 2, 0]\nstiffness_n_m = [inf, 8]";
+    assert!(error(&format!("[[rods.grips]]\n{askew}")).contains("behind a hinge at an angle to the rod"));
     // The rod's own axis unless it is given.
     let swivel = parsed("[[rods.grips]]\nat = \"start-face\"\njoint = \"hinge\"").model;
     assert!((swivel.anchors[0].orientation * Vector3::z() - Vector3::x()).norm() < 1e-12);

@@ -149,3 +149,75 @@ fn a_run_says_where_its_time_step_is_too_long() {
         assert!(!out.contains("time step:"), "{silent:?}: {out}");
     }
 }
+
+/// A stiff rod that goes round its pin with 2.5 rad/s: Euler's rule takes `2 pi omega dt` of its energy in a turn.
+#[test]
+fn a_run_says_where_its_integrator_brakes_what_goes_round() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("orbit.toml");
+    let velocity = |k: usize| {
+        let speed = 2.5 * 0.1 * (k as f64 + 0.5);
+        format!("{{ segment = {k}, velocity_m_s = [0, {speed}, 0], angular_velocity_rad_s = [0, 0, 2.5] }}")
+    };
+    let velocities: Vec<String> = (0..20).map(velocity).collect();
+    let scene = format!(
+        "gravity_m_s2 = [0, 0, 0]\nrun = {{ dt_s = 0.02, steps = 400 }}\n[[rods]]\nname = \"rope\"\nradius_m = 0.01\n\
+         youngs_modulus_pa = 1e6\ndensity_kg_m3 = 300\nshape.straight = {{ direction = [1, 0, 0], length_m = 2, segments = 20 \
+         }}\nmasses = [{{ segment = -1, mass_kg = 1 }}]\nvelocities = [{}]\ngrips = [{{ at = \"start-face\", joint = \"ball\" \
+         }}]\n",
+        velocities.join(", ")
+    );
+    std::fs::write(&path, scene).expect("a scene");
+    let path = path.to_str().expect("UTF-8");
+    let summary = crate::common::json(&[path]);
+    let braked = &summary["braked"];
+    let [lost, dt] = ["lost_a_turn", "advised_dt_s"].map(|key| braked[key].as_f64().expect("a number"));
+    // The speed falls on the way, and with it what is lost: from 0.27 at 2.5 rad/s.
+    assert!((0.2..0.27).contains(&lost) && (0.002..0.005).contains(&dt), "{braked}");
+    assert_eq!(braked["what"], "segment 19 of rope");
+    let [start, end] = ["energy_start_j", "energy_end_j"].map(|key| summary[key].as_f64().expect("a number"));
+    // d(energy)/dt = -omega^2 dt energy, omega^2 as the energy: half of it is left after 1 / (omega^2 dt).
+    let expected = 1.0 / (1.0 + 2.5 * 2.5 * 0.02 * 8.0);
+    assert!((end / start / expected - 1.0).abs() < 0.1, "{} of {expected}", end / start);
+    let out = printed(&[path]);
+    assert!(out.contains("\ntime step: euler at 0.02 s takes about 2"), "{out}");
+    assert!(out.contains("of what goes round (segment 19 of rope) in each turn; --dt 0.00"), "{out}");
+    let silent = printed(&[path, "--integrator", "bdf2"]);
+    assert!(!silent.contains("time step:"), "{silent}");
+}
+
+/// Ten turns of twist in 40 segments: 90 degrees a joint, 91 with the clamps' halves. Below 20 degrees a run says nothing.
+#[test]
+fn a_run_says_where_joints_turn_too_far() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("twist.toml");
+    let scene = |turns: f64, seconds: f64| {
+        format!(
+            "gravity_m_s2 = [0, 0, 0]\nrun = {{ dt_s = 0.01, steps = {} }}\ndamping = {{ linear_per_s = 5, angular_per_s = 5 \
+             }}\n[[rods]]\nname = \"c\"\nradius_m = 0.005\nshape.straight = {{ length_m = 1, segments = 40 }}\nclamp = \
+             [\"start-face\"]\nsection.stiffness = {{ bending_n_m2 = [5, 5], torsion_n_m2 = 0.04, mass_kg_m = 0.0785, \
+             polar_inertia_kg_m = 1e-5 }}\n[[rods.motions]]\nat = \"end-face\"\ntimes_s = [0, {seconds}]\nturns_deg = [[0, 0, \
+             0], [{}, 0, 0]]\n",
+            (seconds * 110.0) as usize,
+            turns * 360.0
+        )
+    };
+    let summary = |turns: f64| {
+        std::fs::write(&path, scene(turns, 2.0)).expect("a scene");
+        crate::common::json(&[path.to_str().expect("UTF-8")])
+    };
+    let far = summary(4.0);
+    let joint = &far["sharp_joint"];
+    let [angle, missing, needed] =
+        ["angle_deg", "moment_missing", "segments_needed"].map(|key| joint[key].as_f64().expect("a number"));
+    // 36 degrees a joint.
+    assert!((angle - 36.0).abs() < 2.0 && (missing - 0.065).abs() < 0.01, "{joint}");
+    assert!((70.0..78.0).contains(&needed), "{joint}");
+    assert!(summary(1.8)["sharp_joint"].is_null());
+    // From 90 degrees on joints slip whole turns, and the run says that it is wrong.
+    std::fs::write(&path, scene(12.0, 3.0)).expect("a scene");
+    let output = run(&[path.to_str().expect("UTF-8")]);
+    let (code, out, err) = texts(&output);
+    assert_eq!(code, Some(1), "{out}");
+    assert!(out.contains("turn lost") && err.contains("a joint turned by more than half a turn"), "{out}{err}");
+}
