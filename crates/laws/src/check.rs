@@ -174,12 +174,13 @@ fn simulation(scene: &Scene, case: &Case) -> Result<Simulation, String> {
 }
 
 /// The model as the step began that ends at `model`'s time, with what is held at its end held.
-fn begun(model: &Model, [time, end]: [f64; 2]) -> Model {
+fn begun(model: &Model, time: f64) -> Model {
     let mut begun = model.clone();
     for driven in &model.motions {
         if let Body::Anchor(i) = driven.body
             && !model.open.contains(&i)
-            && driven.held_until(end)
+            && driven.begins_by(time)
+            && !driven.ends_by(time)
         {
             begun.anchors[i] = driven.at(time).pose;
         }
@@ -226,7 +227,7 @@ fn run(scene: &Scene, case: &Case, report: &mut Report) -> Result<Last, String> 
         let now = holds(&model);
         let is_same = now == held;
         held = now;
-        let before = begun(&model, [time, simulation.time()]);
+        let before = begun(&model, time);
         let [earlier, old, new] = &states;
         let earlier = (number > 1 && was_whole && status == Status::Converged && is_same).then_some(earlier);
         let (way, [was, is]) = (&case.way, &forces);

@@ -47,7 +47,8 @@ pub(super) fn forces(step: &Step<'_>, broken: &mut Vec<Broken>) {
         // Slip within the tolerance of what sticks has any direction.
         let (work, far) = (across.dot(&contact.slip), contact.slip.norm());
         let tolerance = StepParams::DEFAULT.contact_tolerance * radius(step, contact);
-        let allowed = across.norm() * (SLIDING * far + tolerance) + ROUNDING * size * (far + tolerance);
+        let turned = (ROUNDING + StepParams::DEFAULT.contact_tolerance) * size;
+        let allowed = across.norm() * (SLIDING * far + tolerance) + turned * (far + tolerance);
         step.hold(broken, Law::Friction, work, allowed, || {
             format!("{}: friction does {work:.3e} J of work, allowed {allowed:.1e} J", name())
         });

@@ -34,16 +34,27 @@ struct Stored {
 }
 
 fn stored(model: &Model, state: &State, forces: &[JointForce]) -> Stored {
-    let energy = measure::energy(model, state);
-    let kinetic = energy.kinetic;
     let free = model.segments.iter().enumerate().filter(|(_, segment)| !segment.fixed);
     let moving: f64 = free.map(|(i, segment)| 0.5 * segment.mass() * state.velocities[i].norm_squared()).sum();
-    let mut joints = energy.bend + energy.stretch;
-    let rigid = model.joints.iter().zip(forces).filter(|(joint, _)| !model.is_open(joint) && is_rigid(joint));
-    for (joint, force) in rigid {
-        // In the place of what gaps within the tolerance would store.
-        joints += elastic(model, state, joint, &force.force) - gap(model, state, joint);
+    // Joints between what is held at both ends do nothing to what moves freely.
+    let is_held = |body: Body| match body {
+        Body::Segment(i) => model.segments[i].fixed,
+        Body::Anchor(_) => true,
+    };
+    let (mut own, mut joints) = (Model { joints: Vec::new(), loads: Vec::new(), ..model.clone() }, 0.0);
+    for (joint, force) in model.joints.iter().zip(forces) {
+        if model.is_open(joint) || is_held(joint.a) && is_held(joint.b) {
+            continue;
+        }
+        if is_rigid(joint) {
+            // In the place of what gaps within the tolerance would store.
+            joints += elastic(model, state, joint, &force.force) - gap(model, state, joint);
+        }
+        own.joints.push(*joint);
     }
+    let energy = measure::energy(&own, state);
+    joints += energy.bend + energy.stretch;
+    let kinetic = energy.kinetic;
     Stored { kinetic, turning: (kinetic - moving).max(0.0), joints }
 }
 
@@ -100,6 +111,9 @@ fn work(step: &Step<'_>) -> Work {
         sum.allowed += (load.force.norm() * load.offset.abs() + load.torque.norm()) * step.turn(i).powi(2);
     }
     let tolerance = step.tolerance();
+    // Forces turn with the bodies on their ways; in the `xpbd` formulations they are those of the iterates, too, and the
+    // geometric stiffness begins with the pulls of the step before.
+    let (order, stiff) = if step.is_newton() { (1.0, 0.0) } else { (2.0, 1.0) };
     for (k, joint, force) in step.joints() {
         let ends = [joint.a, joint.b].map(|body| step.free_end(body));
         let size = force.force.norm();
@@ -108,7 +122,9 @@ fn work(step: &Step<'_>) -> Work {
             let other = ends[1 - end];
             match ends[end] {
                 Some(i) => {
-                    sum.allowed += 0.5 * (size * arm.norm() + moment.norm()) * step.turn(i).powi(2);
+                    let old = step.forces[0].get(k).map_or(0.0, |old| old.force.norm() * arm.norm());
+                    let now = size * arm.norm() + moment.norm();
+                    sum.allowed += (order * now + stiff * old) * step.turn(i).powi(2);
                 }
                 None if other.is_some() => {
                     // What is held gives the opposite of what it feels.
@@ -117,7 +133,7 @@ fn work(step: &Step<'_>) -> Work {
                     let angle = turn(&from.orientation, &to.orientation);
                     let old = step.forces[0].get(k).map_or(size, |old| old.force.norm());
                     sum.done -= on_it.dot(&far) + moment.dot(&angle);
-                    sum.allowed += 0.5 * (size * arm.norm() + moment.norm()) * angle.norm_squared();
+                    sum.allowed += order * (size * arm.norm() + moment.norm()) * angle.norm_squared();
                     if !step.is_euler() {
                         sum.allowed += 0.5 * (size + old) * far.norm() + moment.norm() * angle.norm();
                     }

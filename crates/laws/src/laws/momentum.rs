@@ -217,13 +217,15 @@ pub(super) fn angular(step: &Step<'_>, broken: &mut Vec<Broken>) {
         .iter()
         .map(|one| ((one.place - about).norm() * one.force.norm() + one.moment.norm()) * step.dt)
         .sum::<f64>();
-    for (_, joint, force) in step.joints() {
+    for (k, joint, force) in step.joints() {
         // Gaps and angles within the tolerance.
         slack += 2.0 * step.dt * step.tolerance() * (force.force.norm() * joint.length + force.moment.norm());
         for (end, body) in [joint.a, joint.b].into_iter().enumerate() {
             let Some(i) = step.free_end(body) else { continue };
             let [force, moment, arm] = step.pull(joint, force, end);
-            slack += step.dt * (force.norm() * arm.norm() + moment.norm()) * off(step, i);
+            // The geometric stiffness begins with the pulls of the step before.
+            let old = if step.is_newton() { 0.0 } else { step.forces[0][k].force.norm() };
+            slack += step.dt * ((force.norm() + old) * arm.norm() + moment.norm()) * off(step, i);
         }
     }
     for load in model.loads.iter().filter(|load| step.is_free(load.segment)) {

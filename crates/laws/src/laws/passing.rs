@@ -6,6 +6,7 @@
 use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use collision::TriangleMesh;
 use nalgebra::Vector3;
 use rod::{Body, Model, ObstacleShape};
 
@@ -183,9 +184,9 @@ fn enters(shapes: &[ObstacleShape; 2], way: &Way) -> Option<&'static str> {
             if !crosses(&own[0]) && crosses(&own[1]) {
                 return Some("goes through the surface of");
             }
-            let ends = [0, 1].map(|end| [own[0][end], own[1][end]]);
-            // Both ends: a way of one alone may lie beside an edge that the axis has gone round.
-            ends.iter().all(|path| crosses(path)).then_some("passes through the surface of")
+            let mesh = TriangleMesh::new(&mesh.positions, &mesh.triangles);
+            let is_in = |axis: &[Vector3<f64>; 2]| axis.iter().any(|end| mesh.encloses(end));
+            (!is_in(&own[0]) && is_in(&own[1])).then_some("is inside of")
         }
     }
 }
