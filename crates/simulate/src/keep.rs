@@ -1,5 +1,7 @@
 //! What is kept of a run's frames for its files.
 
+use std::collections::HashMap;
+
 use anyhow::{Error, Result};
 use chart::Conditions;
 use export::Envelope;
@@ -9,8 +11,9 @@ use serde::Serialize;
 use solver::simulation::{ContactForce, Simulation, contact_wrenches};
 use solver::snapshot::Snapshot;
 use terminal::Progress;
-use view::{Frame, Recorder};
+use view::{Frame, Pressing, Recorder};
 
+use crate::curves::{self, Curves};
 use crate::files::{ENVELOPE, Files, Wanted, Written, names, write_player};
 use crate::going_on::Label;
 use crate::plots;
@@ -36,6 +39,8 @@ impl Rhythm {
 pub(crate) struct Keep<'a> {
     files: Files<'a>,
     player: Option<Recorder>,
+    /// Of what the player shows, where there is anything.
+    curves: Option<Curves>,
     plots: Option<Vec<Sample>>,
     /// Present where player or plots are.
     sampler: Option<Sampler>,
@@ -64,9 +69,17 @@ impl<'a> Keep<'a> {
         let keeps_contacts = wanted.keeps_contacts(scene);
         let part = wanted.part(model);
         let drawn = part.as_ref().map_or(model, |part| &part.model);
+        let player = view.then(|| {
+            let mut player = Recorder::new(label, run.dt, drawn);
+            let (rods, obstacles) = curves::names(scene);
+            player.name(rods, obstacles);
+            player
+        });
+        let curves = view.then(|| Curves::new(scene, model, part.as_ref())).filter(|curves| !curves.is_empty());
         let mut keep = Self {
             files: Files::open(wanted, scene, run.dt, joints(keeps_forces), time)?,
-            player: view.then(|| Recorder::new(label, run.dt, drawn)),
+            player,
+            curves,
             plots: plot.then(Vec::new),
             sampler: None,
             forces: vec![JointForce::default(); joints(view || keeps_forces)],
@@ -81,6 +94,10 @@ impl<'a> Keep<'a> {
             let (sampler, start) = Sampler::new(model, state, run.steps, run.every, time);
             keep.sampler = Some(sampler);
             keep.take(start, state);
+        }
+        if let Some(curves) = &mut keep.curves {
+            curves.push(model, state, &[], time);
+            curves.keep(state, time);
         }
         Ok(keep)
     }
@@ -103,7 +120,9 @@ impl<'a> Keep<'a> {
             simulation.store_joint_forces(&mut self.forces);
         }
         let forces: &[JointForce] = if self.files.wanted.keeps_forces() { &self.forces } else { &[] };
-        if self.keeps_contacts || self.files.wanted.contact_forces {
+        let sampled = self.sampler.as_mut().filter(|sampler| last || sampler.wants(step));
+        let shows_contacts = sampled.is_some() && self.player.is_some() && !model.contacts.is_empty();
+        if self.keeps_contacts || self.files.wanted.contact_forces || shows_contacts {
             simulation.store_contact_forces(&mut self.contacts);
         }
         if self.keeps_contacts {
@@ -113,13 +132,22 @@ impl<'a> Keep<'a> {
         if self.files.wanted.contact_forces {
             self.files.add_contacts(&self.contacts, simulation.time())?;
         }
-        if let Some(sampler) = self.sampler.as_mut().filter(|sampler| last || sampler.wants(step)) {
+        if let Some(curves) = &mut self.curves {
+            if sampled.is_some() {
+                curves.push(model, state, &self.forces, simulation.time());
+            }
+            curves.keep(state, simulation.time());
+        }
+        if let Some(sampler) = sampled {
             let sample = sampler.sample(model, state, simulation, step);
             if let (Some(player), true) = (&mut self.player, model.has_timed_grips()) {
                 let part = self.files.wanted.part(model);
                 player.take_grips(part.as_ref().map_or(model, |part| &part.model));
             }
             self.take(sample, state);
+            if shows_contacts {
+                self.take_contacts(state);
+            }
         }
         Ok(())
     }
@@ -146,6 +174,23 @@ impl<'a> Keep<'a> {
     pub(crate) fn push_snapshot(&mut self, snapshot: &Snapshot) -> Result<()> {
         let Some(rhythm) = &self.rhythm else { return Ok(()) };
         self.files.write_snapshot(&rhythm.label, snapshot)
+    }
+
+    /// What presses on what is shown, in the frame that was taken last.
+    fn take_contacts(&mut self, state: &State) {
+        let Some(player) = &mut self.player else { return };
+        let own =
+            |contact: &ContactForce| Pressing { segment: contact.segment, place: contact.place, force: contact.force };
+        match &self.part {
+            None => player.push_contacts(state, self.contacts.iter().map(own)),
+            Some(part) => {
+                let of: HashMap<usize, usize> =
+                    part.segments.iter().enumerate().map(|(new, &old)| (old, new)).collect();
+                let shown = self.contacts.iter().map(own);
+                let shown = shown.filter_map(|one| Some(Pressing { segment: *of.get(&one.segment)?, ..one }));
+                player.push_contacts(&part.state(state), shown);
+            }
+        }
     }
 
     fn take(&mut self, sample: Sample, state: &State) {
@@ -178,7 +223,10 @@ impl<'a> Keep<'a> {
         refused: Option<Error>,
         progress: &Progress,
     ) -> Result<Written> {
-        let Self { mut files, player, plots, .. } = self;
+        let Self { mut files, mut player, curves, plots, .. } = self;
+        if let (Some(player), Some(curves)) = (&mut player, curves) {
+            curves.finish(player);
+        }
         // First of all: it takes the least room and is worth the most.
         let unsaved = last.and_then(|(label, snapshot)| files.write_snapshot(label, snapshot).err());
         files.close(scene, summary, refused.or(unsaved), progress, |directory| {

@@ -8,6 +8,7 @@ mod branches;
 mod choice;
 mod cli;
 mod coarse;
+mod curves;
 #[cfg(feature = "gn")]
 mod demo;
 mod exports;

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use export::TableWriter;
-use rod::{State, measure};
+use rod::State;
 use scene::Scene;
 use serde::Serialize;
 use solver::modes::{Mode, modes_telling};
@@ -15,9 +15,9 @@ use view::{Frame, Recorder};
 
 use crate::Outcome;
 use crate::cli::ModesArgs;
+use crate::curves::names;
 use crate::files::{Files, MODES, write_player};
 use crate::numbers::number;
-use crate::sample::length;
 use crate::statics::{Sought, begun, tell};
 use terminal::{Progress, say};
 
@@ -50,6 +50,17 @@ struct Line {
     /// Share of critical damping.
     damping_ratio: f64,
     residual: f64,
+}
+
+impl Line {
+    /// What a mode does: "0.4359 Hz".
+    fn frequency(&self) -> String {
+        match self.squared_rad2_s2 {
+            0.0 => "moves freely".to_owned(),
+            squared if squared < 0.0 => format!("grows as exp({} t / s)", number((-squared).sqrt())),
+            _ => format!("{} Hz", number(self.frequency_hz)),
+        }
+    }
 }
 
 /// Finds the modes, writes what was asked for, and prints a table.
@@ -85,15 +96,19 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
         let mut player = wanted.view.then(|| player(&scene, dt));
         let mut files = Files::open(wanted, &scene, dt, 0, 0.0).context("--out")?;
         files.show_modes(found.modes.iter().map(Mode::frequency).collect(), FRAMES);
-        let frames = found.modes.iter().flat_map(|mode| swing(&scene.state, mode));
-        let mut push = |(k, state): (usize, State)| {
-            let time = (k + 1) as f64 * dt;
+        let mut push = |(k, mode): (usize, &Mode)| {
             if let Some(player) = &mut player {
-                player.push(&frame(&scene, &state, time));
+                player.begin_chapter(&format!("mode {k}: {}", report.modes[k].frequency()));
             }
-            files.push(&state, &[], &[], time)
+            swing(&scene.state, mode).enumerate().try_for_each(|(i, state)| {
+                let time = (k * FRAMES + i + 1) as f64 * dt;
+                if let Some(player) = &mut player {
+                    player.push(&frame(&state, time));
+                }
+                files.push(&state, &[], &[], time)
+            })
         };
-        let refused = frames.enumerate().try_for_each(&mut push).err();
+        let refused = found.modes.iter().enumerate().try_for_each(&mut push).err();
         let play = |directory: &Path| {
             write_table(&directory.join(MODES), &report.modes)?;
             player.map_or(Ok(()), |player| write_player(directory, player))
@@ -125,20 +140,16 @@ fn write_table(path: &Path, modes: &[Line]) -> Result<()> {
 /// A player's run that has the equilibrium.
 fn player(scene: &Scene, dt: f64) -> Recorder {
     let mut player = Recorder::new(&format!("{}, modes", scene.name), dt, &scene.model);
-    player.push(&frame(scene, &scene.state, 0.0));
+    let (rods, obstacles) = names(scene);
+    player.name(rods, obstacles);
+    player.begin_chapter("at rest");
+    player.push(&frame(&scene.state, 0.0));
     player
 }
 
-/// What the player is told of a state.
-fn frame<'a>(scene: &Scene, state: &'a State, time: f64) -> Frame<'a> {
-    Frame {
-        time,
-        state,
-        forces: &[],
-        energy: measure::energy(&scene.model, state).total(),
-        length_ratio: length(&scene.model, state) / length(&scene.model, &scene.state),
-        iterations: 0.0,
-    }
+/// What the player is told of a state: shapes have no energy, as they have no size.
+fn frame(state: &State, time: f64) -> Frame<'_> {
+    Frame { time, state, forces: &[], energy: f64::NAN, length_ratio: f64::NAN, iterations: f64::NAN }
 }
 
 /// A shape as it swings once about the state at rest.
@@ -168,14 +179,12 @@ fn print(report: &Report) -> Result<()> {
     if report.stable == Some(false) {
         say!("the equilibrium is unstable")?;
     }
-    for (k, Line { frequency_hz, squared_rad2_s2, damping_ratio, .. }) in report.modes.iter().enumerate() {
-        let what = match *squared_rad2_s2 {
-            0.0 => "moves freely".to_owned(),
-            squared if squared < 0.0 => format!("grows as exp({} t / s)", number((-squared).sqrt())),
-            _ if *damping_ratio == 0.0 => format!("{} Hz", number(*frequency_hz)),
-            _ => format!("{} Hz, damping ratio {}", number(*frequency_hz), number(*damping_ratio)),
+    for (k, line) in report.modes.iter().enumerate() {
+        let damping = match line.damping_ratio {
+            ratio if ratio != 0.0 && line.squared_rad2_s2 > 0.0 => format!(", damping ratio {}", number(ratio)),
+            _ => String::new(),
         };
-        say!("mode {k}: {what}")?;
+        say!("mode {k}: {}{damping}", line.frequency())?;
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! What `--view`, `--plot` and `--export` write, and that a run without them is the same run.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -74,6 +74,138 @@ fn the_player_shows_what_the_trajectory_has() {
         let page = fs::read_to_string(out.join("view.html")).expect("a page");
         assert!(page.contains("<canvas") && !page.contains("http://") && !page.contains("https://"), "{scene}");
     }
+}
+
+/// The columns of a table by their names, empty cells as not a number.
+fn columns(path: &Path) -> BTreeMap<String, Vec<f64>> {
+    let text = fs::read_to_string(path).expect("a table");
+    let mut lines = text.lines().map(|line| line.split(','));
+    let names: Vec<String> = lines.next().expect("a head").map(str::to_owned).collect();
+    let rows: Vec<Vec<f64>> = lines.map(|line| line.map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()).collect();
+    let column = |k: usize| rows.iter().map(|row| row[k]).collect();
+    names.into_iter().enumerate().map(|(k, name)| (name, column(k))).collect()
+}
+
+/// Asserts that lines of the player's curves have the values of tables, to five digits.
+fn assert_lines(curve: &view::Curve, unit: &str, exact: &[(&str, &[f64])]) {
+    assert_eq!(curve.unit, unit, "{}", curve.label);
+    let names: Vec<&str> = curve.lines.iter().map(|line| line.name.as_str()).collect();
+    assert_eq!(names, exact.iter().map(|(name, _)| *name).collect::<Vec<_>>(), "{}", curve.label);
+    for (line, (name, values)) in curve.lines.iter().zip(exact) {
+        assert_eq!(line.values().len(), values.len(), "{}, {name}", curve.label);
+        for (frame, (shown, exact)) in line.values().iter().zip(*values).enumerate() {
+            let off = shown.map_or(f64::NAN, |shown| (f64::from(shown) - exact).abs() / exact.abs().max(1e-30));
+            assert!(
+                off < 1e-4 || (exact.is_nan() && shown.is_none()),
+                "{}, {name}, {frame}: {shown:?}, {exact}",
+                curve.label
+            );
+        }
+    }
+}
+
+#[test]
+fn the_player_has_the_curves_of_probes_and_reactions() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("probed.toml");
+    let rods = ["near", "far"].map(|name| {
+        format!(
+            "[[rods]]\nname = \"{name}\"\nshape.straight = {{ length_m = 1, segments = 6, direction = [1, 0, 0] }}\nclamp = [\"start-face\"]\n"
+        )
+    });
+    let probe = |name: &str, rod: &str| {
+        format!(
+            "[[probes]]\nname = \"{name}\"\nrod = \"{rod}\"\nat = \"end-face\"\nquantities = [\"tension\", \"position\"]\n"
+        )
+    };
+    let text = [
+        rods.concat(),
+        probe("a", "near"),
+        probe("b", "far"),
+        "[run]\ndt_s = 0.01\nsteps = 12\nevery = 3\n".to_owned(),
+    ];
+    fs::write(&path, text.concat()).expect("a scene");
+    let out = folder.path().join("out");
+    let scene = path.to_str().expect("UTF-8");
+    let output = run(&[scene, "--view", "--export", "csv", "--quiet", "--out", out.to_str().expect("UTF-8")]);
+    assert_eq!(texts(&output), (Some(0), "", ""));
+    let shown = view::read_run(&out.join("view.json")).expect("a run");
+    let curves: BTreeMap<&str, &view::Curve> =
+        shown.curves().iter().map(|curve| (curve.label.as_str(), curve)).collect();
+    let labels: Vec<&str> = curves.keys().copied().collect();
+    let of_grips = ["far, start: force", "far, start: moment", "near, start: force", "near, start: moment"];
+    assert_eq!(labels, [&["a: position", "b: position"][..], &of_grips, &["tension"]].concat());
+    let read = columns(&out.join("probes.csv"));
+    assert_lines(curves["tension"], "N", &[("a", &read["a.tension_n"]), ("b", &read["b.tension_n"])]);
+    let axes = ["x", "y", "z"];
+    let position = axes.map(|axis| (axis, read[&format!("b.{axis}_m")].as_slice()));
+    assert_lines(curves["b: position"], "m", &position);
+    // Rows of reactions are of the one anchor and the other, in turns, in all frames but the first.
+    let read = columns(&out.join("reactions.csv"));
+    for (k, rod) in ["near", "far"].into_iter().enumerate() {
+        for (what, unit) in [("force", "n"), ("moment", "n_m")] {
+            let values = axes.map(|axis| {
+                let all = &read[&format!("{what}_{axis}_{unit}")];
+                [f64::NAN].into_iter().chain(all.iter().copied().skip(k).step_by(2)).collect::<Vec<_>>()
+            });
+            let lines: Vec<(&str, &[f64])> = axes.into_iter().zip(values.iter().map(Vec::as_slice)).collect();
+            assert_lines(
+                curves[format!("{rod}, start: {what}").as_str()],
+                &unit.replace("n_m", "N m").replace('n', "N"),
+                &lines,
+            );
+        }
+    }
+}
+
+#[test]
+fn the_player_has_names_grips_and_contacts_of_what_is_shown() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let seen = |name: &str, arguments: &[&str]| -> Value {
+        let out = folder.path().join(name);
+        let output = run(&[arguments, &["--view", "--quiet", "--out", out.to_str().expect("UTF-8")]].concat());
+        assert_eq!(texts(&output), (Some(0), "", ""), "{name}");
+        view::read_run(&out.join("view.json")).expect(name);
+        serde_json::from_str(&fs::read_to_string(out.join("view.json")).expect(name)).expect(name)
+    };
+    let plane = seen("plane", &["helix-on-plane", "--steps", "60"]);
+    assert_eq!(plane["rods"].as_array().map(Vec::len), Some(1));
+    assert_eq!(plane["obstacle_names"].as_array().map(Vec::len), Some(1));
+    let counts: Vec<u64> = serde_json::from_value(plane["contacts"]["counts"].clone()).expect("counts");
+    assert_eq!((counts.len(), counts[0]), (61, 0));
+    assert!(counts.iter().any(|&count| count > 0), "nothing touches the plane");
+    // Two rods touch, of which one is shown: contacts are those of its segments.
+    let both = seen("both", &["two-rods", "--steps", "30"]);
+    let names: Vec<String> = serde_json::from_value(both["rods"].clone()).expect("names");
+    let one = seen("one", &["two-rods", "--steps", "30", "--rods", &names[0]]);
+    assert!(one["segments"]["length"].as_array().map(Vec::len) < both["segments"]["length"].as_array().map(Vec::len));
+    // What touches nothing has none of it.
+    let helix = seen("helix", &["helix", "--steps", "5"]);
+    assert_eq!(
+        (&helix["contacts"], &helix["obstacle_names"], &helix["chapters"]),
+        (&Value::Null, &Value::Null, &Value::Null)
+    );
+    assert_eq!(helix["grips"].as_array().map(Vec::len), Some(1));
+}
+
+#[test]
+fn the_page_of_modes_has_their_frequencies() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("modes");
+    let output = run(&["modes", "plucked-string", "--count", "3", "--view", "--out", out.to_str().expect("UTF-8")]);
+    let (code, printed, err) = texts(&output);
+    assert_eq!((code, err), (Some(0), ""));
+    let shown: Value = serde_json::from_str(&fs::read_to_string(out.join("view.json")).expect("a run")).expect("JSON");
+    let chapters = shown["chapters"].as_array().expect("chapters");
+    assert_eq!((chapters.len(), &chapters[0]["label"]), (4, &Value::from("at rest")));
+    for (k, chapter) in chapters[1..].iter().enumerate() {
+        let label = chapter["label"].as_str().expect("a label");
+        assert!(label.starts_with(&format!("mode {k}: ")) && label.ends_with(" Hz"), "{label}");
+        assert!(printed.contains(label), "{printed}");
+        assert_eq!(chapter["frame"], 1 + 24 * k);
+    }
+    assert_eq!(shown["time"].as_array().map(Vec::len), Some(1 + 3 * 24));
+    assert!(shown["energy"].as_array().expect("energies").iter().all(Value::is_null));
 }
 
 #[test]

@@ -148,10 +148,10 @@ class Motion {
     }
   }
 
-  /** Visits the grips that hold in a frame: places and the radii of the rods there [m]. */
+  /** Visits the grips that hold in a frame: places and the radii of the rods there [m], 0 in rigid bodies. */
   visitGrips(frame, visit) {
     for (const { segment, at, held } of this.grips)
-      if (!held || held.some(([from, until]) => from <= frame && frame < until)) visit(this.#placeIn(frame, segment, at), this.radius[segment]);
+      if (!held || held.some(([from, until]) => from <= frame && frame < until)) visit(this.#placeIn(frame, segment, at), this.bodies.segment.includes(segment) ? 0 : this.radius[segment]);
   }
 
   /** Writes the centre of a segment [m] into `out` from `at`. */

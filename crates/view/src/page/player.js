@@ -56,6 +56,8 @@ class Player {
   /** Shows a frame: the nearest there is. */
   seek(frame) {
     this.frame = Math.min(Math.max(Math.round(frame), 0), this.frames - 1);
+    if (this.chapter !== null && (this.frame < this.first || this.frame > this.last))
+      this.chapter = this.chapters.findLastIndex(({ frame }) => frame <= this.frame);
     this.clock = this.time;
     this.changed();
   }

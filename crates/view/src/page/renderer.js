@@ -3,6 +3,8 @@
 const MOST_PIXELS_PER_POINT = 2;
 /** How much is seen of a faded obstacle where one looks straight at it. */
 const GLASS = 0.16;
+/** How much is seen of an arrow through what hides it. */
+const HIDDEN = 0.35;
 /** How obstacles are drawn. */
 const OBSTACLES = [["solid", "Solid"], ["faded", "Faded"], ["hidden", "Hidden"]];
 
@@ -134,10 +136,10 @@ class Renderer {
 
     gl.enable(gl.DEPTH_TEST);
     this.#surfaces(tubes, bodies, view, stripe, 0);
-    this.#surfaces(marks.map(({ arrows }) => arrows), [], view, false, 0);
-    this.#surfaces(marks.map(({ dots }) => dots), [], { ...view, pixel: DOT * view.pixel }, false, 0);
     const striped = stripe && scenery.turns;
     if (solid) this.#surfaces(round, [scenery.bodies], view, striped, 0);
+
+    this.#marks(marks, view);
 
     gl.enable(gl.BLEND);
     gl.depthMask(false);
@@ -148,6 +150,22 @@ class Renderer {
     for (const side of obstacles === "hidden" ? [] : scenery.walls) scenery.drawPlane(wall, side, 1.5 * scenery.reach, ...colours);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
+  }
+
+  /** Arrows and dots, which show faintly through what hides them. */
+  #marks(marks, view) {
+    if (marks.length === 0) return;
+    const { gl } = this;
+    const draw = (glass) => {
+      this.#surfaces(marks.map(({ arrows }) => arrows), [], view, false, glass);
+      this.#surfaces(marks.map(({ dots }) => dots), [], { ...view, pixel: DOT * view.pixel }, false, glass);
+    };
+    gl.enable(gl.BLEND);
+    gl.disable(gl.DEPTH_TEST);
+    draw(HIDDEN);
+    gl.enable(gl.DEPTH_TEST);
+    gl.disable(gl.BLEND);
+    draw(0);
   }
 
   #surfaces(tubes, bodies, view, stripe, glass) {
