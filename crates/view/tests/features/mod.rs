@@ -400,7 +400,7 @@ pub(crate) fn grips_loads_and_contacts_are_marked(browser: &mut Browser) -> Resu
     press(browser, "f g")?;
     let marked = shot(browser)?;
     let contacts = strong(&marked, magenta).len();
-    ensure!(contacts > 30, "{contacts} pixels of contacts");
+    ensure!(contacts > 10, "{contacts} pixels of contacts");
     let said = texts(browser, "#note > *")?;
     assert_eq!(said[1..4], ["Grips", "Loads", "Contact forces"]);
     let scale = said.last().context("no scale")?;
