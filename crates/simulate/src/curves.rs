@@ -2,13 +2,15 @@
 
 use std::collections::HashSet;
 
-use rod::{Body, Joint, JointForce, Model, Part, Probe, Quantity, Reaction, Reading, State};
+use rod::{Body, Joint, JointForce, Model, Part, Probe, Quantity, Reaction, Reading, State, Wrench};
 use scene::Scene;
 use view::{Curve, Line, Recorder};
 
 /// Above so many places that are held, their reactions are left out: nobody would choose among them.
 const MOST_HELD: usize = 24;
-const AXES: [&str; 4] = ["x", "y", "z", "w"];
+const AXES: [&str; 3] = ["x", "y", "z"];
+/// Names of a quaternion's numbers.
+const QUATERNION: [&str; 4] = ["w", "x", "y", "z"];
 
 /// Takes what probes read and grips bear, frame by frame.
 pub(crate) struct Curves {
@@ -35,18 +37,25 @@ impl Curves {
         self.columns.is_empty()
     }
 
-    fn reads_reactions(&self) -> bool {
+    /// Whether it asks for reactions.
+    pub(crate) fn reads_reactions(&self) -> bool {
         let reads = |probe: &Probe| probe.quantities.contains(&Quantity::Reaction);
         !self.held.is_empty() || self.probes.iter().any(reads)
     }
 
-    /// Adds a frame at a time [s]; `forces` are empty where nothing is known of them.
-    pub(crate) fn push(&mut self, model: &Model, state: &State, forces: &[JointForce], time: f64) {
+    /// Adds a frame at a time [s]; `forces` of joints, and what contacts give to segments, are empty where nothing is known of them.
+    pub(crate) fn push(
+        &mut self,
+        model: &Model,
+        state: &State,
+        (forces, contacts): (&[JointForce], &[Wrench]),
+        time: f64,
+    ) {
         let reactions = match &self.before {
-            Some((then, before)) => Reaction::all(model, [before, state], time - then, forces),
+            Some((then, before)) => Reaction::all(model, [before, state], [*then, time], forces, contacts),
             None => Vec::new(),
         };
-        let now = Reading { model, state, forces, reactions: &reactions };
+        let now = Reading { model, time, state, forces, reactions: &reactions };
         let (mut values, mut at) = (Vec::new(), 0);
         let mut add = |values: &[f64]| {
             for &value in values {
@@ -115,7 +124,8 @@ impl Curves {
 }
 
 fn vector(group: &str, label: &str, unit: &str, columns: &[Vec<f64>]) -> Curve {
-    let lines = AXES.iter().zip(columns).map(|(axis, values)| Line::new(axis, values)).collect();
+    let names: &[&str] = if columns.len() == 4 { &QUATERNION } else { &AXES };
+    let lines = names.iter().zip(columns).map(|(axis, values)| Line::new(axis, values)).collect();
     Curve { group: group.to_owned(), label: label.to_owned(), unit: unit.to_owned(), lines }
 }
 
@@ -131,6 +141,8 @@ fn parts(quantity: Quantity) -> Vec<(&'static str, &'static str, usize)> {
         Quantity::Moment => vec![("moment", "N m", 3)],
         Quantity::Curvature => vec![("curvature", "1/m", 1)],
         Quantity::Reaction => vec![("reaction force", "N", 3), ("reaction moment", "N m", 3)],
+        Quantity::Wind => vec![("wind", "m/s", 3)],
+        Quantity::Drag => vec![("drag", "N", 3)],
     }
 }
 

@@ -96,7 +96,7 @@ impl<'a> Keep<'a> {
             keep.take(start, state);
         }
         if let Some(curves) = &mut keep.curves {
-            curves.push(model, state, &[], time);
+            curves.push(model, state, (&[], &[]), time);
             curves.keep(state, time);
         }
         Ok(keep)
@@ -122,19 +122,22 @@ impl<'a> Keep<'a> {
         let forces: &[JointForce] = if self.files.wanted.keeps_forces() { &self.forces } else { &[] };
         let sampled = self.sampler.as_mut().filter(|sampler| last || sampler.wants(step));
         let shows_contacts = sampled.is_some() && self.player.is_some() && !model.contacts.is_empty();
-        if self.keeps_contacts || self.files.wanted.contact_forces || shows_contacts {
+        let reads = self.curves.as_ref().is_some_and(|curves| sampled.is_some() && curves.reads_reactions());
+        let sums_contacts = self.keeps_contacts || (reads && !model.contacts.is_empty());
+        if sums_contacts || self.files.wanted.contact_forces || shows_contacts {
             simulation.store_contact_forces(&mut self.contacts);
         }
-        if self.keeps_contacts {
+        if sums_contacts {
             contact_wrenches(&self.contacts, state, &mut self.contact_loads);
         }
-        self.files.push(state, forces, &self.contact_loads, simulation.time())?;
+        let kept: &[Wrench] = if self.keeps_contacts { &self.contact_loads } else { &[] };
+        self.files.push(state, forces, kept, simulation.time())?;
         if self.files.wanted.contact_forces {
             self.files.add_contacts(&self.contacts, simulation.time())?;
         }
         if let Some(curves) = &mut self.curves {
             if sampled.is_some() {
-                curves.push(model, state, &self.forces, simulation.time());
+                curves.push(model, state, (&self.forces, &self.contact_loads), simulation.time());
             }
             curves.keep(state, simulation.time());
         }

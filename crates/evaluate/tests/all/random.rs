@@ -27,10 +27,8 @@ fn a_hundred_random_scenes_break_no_law_but_as_is_known() {
     let folder = TempDir::new().expect("a folder");
     let output = random(&folder, &["--count", "100", "--seed", "1", "--out", "out"]);
     let text = String::from_utf8(output.stdout).expect("UTF-8");
-    let known: BTreeSet<_> = KNOWN
-        .iter()
-        .flat_map(|known| known.scenes.iter().map(|scene| (*scene, known.law.to_string())))
-        .collect();
+    let known: BTreeSet<_> =
+        KNOWN.iter().flat_map(|known| known.scenes.iter().map(|scene| (*scene, known.law.to_string()))).collect();
     assert_eq!(broken(&text), known, "{text}");
     assert_eq!(output.status.code(), Some(if known.is_empty() { 0 } else { 1 }), "{text}");
     assert!(text.contains("formulation newton") && text.contains("Scenes that break a law"), "{text}");

@@ -54,7 +54,8 @@ fn what_is_found_does_not_depend_on_threads() {
     let of = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let tell = |_: &[laws::Failure]| true;
-        let found = pool.install(|| campaign(&Campaign { seed: 2, first: 10, count: 15, shrinks: false }, &tell)).unwrap();
+        let found =
+            pool.install(|| campaign(&Campaign { seed: 2, first: 10, count: 15, shrinks: false }, &tell)).unwrap();
         (found.all, found.steps, found.contacts, found.features)
     };
     let one = of(1);
