@@ -153,6 +153,7 @@ fn a_killed_run_leaves_the_earlier_one_as_it_was() {
     drop(folder);
     let mut with_unfinished = whole;
     with_unfinished.extend(["unfinished/", "unfinished/run.json", "unfinished/snapshot"].map(str::to_owned));
+    with_unfinished.sort();
     assert_eq!(names(directory), with_unfinished);
     run(directory, &["summary.json"]);
     assert_eq!(names(directory), ["run.json", "summary.json"]);
