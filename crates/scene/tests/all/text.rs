@@ -7,7 +7,7 @@ use std::path::Path;
 fn files_that_a_text_names_may_be_called_otherwise() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("a")).unwrap();
-    fs::write(folder.path().join("a/way.csv"), "time_s,shift_x_m,shift_y_m,shift_z_m\n0,0,0,0\n1,0,0,1\n").unwrap();
+    fs::write(folder.path().join("a/way.csv"), "time_s,shift_x_m,shift_y_m,shift_z_m\n0,0,0,0\n1,0,0,0.1\n").unwrap();
     let rod = |y: i32, name: &str| {
         format!(
             "[[rods]] # one\nclamp = [\"start-segment\"]\nshape.straight = {{ start_m = [0, {y}, 0], length_m = 1, segments = 3 }}\n\
