@@ -6,7 +6,6 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
 
 use crate::commands::compare::CompareArgs;
-use crate::commands::laws::RandomArgs;
 use crate::commands::random::{GuessesArgs, StepsArgs};
 use crate::commands::stress::StressArgs;
 use crate::sections::SECTIONS;
@@ -38,8 +37,6 @@ pub(crate) enum Command {
     Steps(StepsArgs),
     /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
     Stress(StressArgs),
-    /// Draw scenes at random, and hold their runs against laws of mechanics: momentum, energy, friction, passing, restart.
-    Random(RandomArgs),
 }
 
 impl Command {

@@ -16,7 +16,7 @@ mod ways;
 use std::process::ExitCode;
 
 use crate::cli::Command;
-use crate::commands::{compare, laws, random, stress};
+use crate::commands::{compare, random, stress};
 
 /// How a command ended: the program's exit code.
 #[repr(u8)]
@@ -46,7 +46,6 @@ fn main() -> ExitCode {
         Command::Guesses(args) => random::guesses(&args),
         Command::Steps(args) => random::steps(&args),
         Command::Stress(args) => stress::stress(&args),
-        Command::Random(args) => laws::random(&args),
     };
     let outcome = result.unwrap_or_else(|error| {
         terminal::complain(format_args!("{error:#}"));

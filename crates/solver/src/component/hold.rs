@@ -92,13 +92,7 @@ impl<T: Real> Component<T> {
 
     fn hold_segment(&mut self, lane: usize, body: usize) {
         let own = &mut self.bodies[body];
-        let [mut inverse_mass, mut transverse, axial] =
-            [own.inverse_mass, own.transverse, own.axial].map(|x| x.lane(lane));
-        if let Some(drag) = &self.drag {
-            // Without what the air has added to it in the last step.
-            let [mass, across] = drag.inertia(body, lane);
-            (inverse_mass, transverse) = (1.0 / mass, across);
-        }
+        let [inverse_mass, transverse, axial] = [own.inverse_mass, own.transverse, own.axial].map(|x| x.lane(lane));
         self.resting.push(Resting { lane, body, inverse_mass, transverse, axial });
         own.inverse_mass.set_lane(lane, 0.0);
         own.transverse.set_lane(lane, 1.0);
