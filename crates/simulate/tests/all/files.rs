@@ -216,6 +216,7 @@ fn a_flag_writes_its_files_alone() {
         (&["--export", "csv"], &["joints.csv", "reactions.csv", "segments.csv"]),
         (&["--export", "glb"], &["run.glb"]),
         (&["--contact-forces"], &["contacts.csv"]),
+        (&["--envelope"], &["envelope.csv"]),
         (&["--snapshot"], &["snapshot.safetensors"]),
         (&["--snapshot-every", "0.03"], &["snapshot.safetensors"]),
         (&["--trajectory"], &["trajectory.safetensors"]),
@@ -228,7 +229,7 @@ fn a_flag_writes_its_files_alone() {
         let mut names: Vec<_> = fs::read_dir(&out)
             .expect("a folder")
             .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
-            .filter(|name| !["run.json", "summary.json"].contains(&name.as_str()))
+            .filter(|name| !["run-scene.toml", "run.json", "summary.json"].contains(&name.as_str()))
             .collect();
         names.sort();
         assert_eq!(names, files, "{flag:?}");
