@@ -11,7 +11,9 @@ use scene::Scene;
 use serde::Serialize;
 use solver::integrator::Integrator;
 
+use crate::coarse::{UNMOVED, at_stake};
 use crate::held::place;
+use crate::measured::Measured;
 use crate::numbers::{number, share};
 
 /// Part of its energy that it may lose in a turn before a run says so, and the part that it loses at the time step that is
@@ -96,8 +98,13 @@ fn lost(integrator: Integrator, psi: f64) -> f64 {
 }
 
 impl Braked {
-    /// That of a run of `steps` steps; `None` where little is lost, and where velocities turn by less than a whole turn.
-    pub(crate) fn of(scene: &Scene, integrator: Integrator, steps: usize, braking: &Braking) -> Option<Self> {
+    /// That of a run of `steps` steps; `None` where little is lost, where velocities turn by less than a whole turn, and where next to
+    /// nothing moves.
+    pub(crate) fn of(scene: &Scene, integrator: Integrator, steps: usize, measured: &Measured) -> Option<Self> {
+        let braking = &measured.braking;
+        if braking.energy < UNMOVED * at_stake(&scene.model, measured) * braking.steps {
+            return None;
+        }
         if braking.energy <= 0.0 || braking.turn / braking.energy * (steps as f64) < TAU {
             return None;
         }

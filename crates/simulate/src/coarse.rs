@@ -18,7 +18,7 @@ const LITTLE: f64 = 0.05;
 /// Rods lighter than this share of the heaviest one do not count.
 const LIGHT: f64 = 0.1;
 /// Part of the energy at stake below which nothing that swung has been lost.
-const UNMOVED: f64 = 1e-3;
+pub(crate) const UNMOVED: f64 = 1e-3;
 
 /// A swing that the integrator damps much: the fastest of the rods' first modes, of rods that are not light.
 #[derive(Clone, Debug, Serialize)]
@@ -69,7 +69,7 @@ fn meant(model: &Model, mode: &Mode) -> f64 {
 }
 
 /// The weight of all lifted by the rods' length; without gravity the highest energy there was [J].
-fn at_stake(model: &Model, measured: &Measured) -> f64 {
+pub(crate) fn at_stake(model: &Model, measured: &Measured) -> f64 {
     let [mass, length] = model.segments.iter().fold([0.0; 2], |[m, l], own| [m + own.mass(), l + own.length]);
     let lifted = mass * model.gravity.norm() * length;
     if lifted > 0.0 { lifted } else { measured.energy_highest.abs() }

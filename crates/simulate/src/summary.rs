@@ -147,8 +147,10 @@ pub(crate) struct Summary {
     #[serde(skip_serializing_if = "Option::is_none")]
     too_coarse: Option<TooCoarse>,
     /// A motion that the integrator brakes much, where no swing says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
     braked: Option<Braked>,
     /// A joint that turned too far for its stiffness to be right.
+    #[serde(skip_serializing_if = "Option::is_none")]
     sharp_joint: Option<SharpJoint>,
     /// What the probes have read, over all steps; missing in scenes without any.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -237,10 +239,7 @@ impl Summary {
             energy_end_j: measured.energy_end,
             energy_highest_j: measured.energy_highest,
             energy_scale_j: energy_scale(&scene.model, state),
-            braked: too_coarse
-                .is_none()
-                .then(|| Braked::of(scene, integrator, reached.steps, &measured.braking))
-                .flatten(),
+            braked: too_coarse.is_none().then(|| Braked::of(scene, integrator, reached.steps, measured)).flatten(),
             too_coarse,
             sharp_joint: SharpJoint::of(scene, &measured.sharpest),
             probes: None,
