@@ -122,12 +122,12 @@ pub enum Status {
     Converged,
     /// To the tolerance, in substeps.
     ConvergedInSubsteps,
-    /// The cap on iterations came first, even with the smallest substep. Where contacts were off by more than
-    /// [`ContactParams::astray`] radii then, what moves freely in their island was left where it was, at rest.
-    OutOfIterations,
     /// A joint was bent or twisted by more than half a turn, which its strain does not tell from a turn the other way: energy
     /// and moment are lost. More segments are needed.
     TurnLost,
+    /// The cap on iterations came first, even with the smallest substep. Where contacts were off by more than
+    /// [`ContactParams::astray`] radii then, what moves freely in their island was left where it was, at rest.
+    OutOfIterations,
     /// Joints gape by more than a tenth of their length: something that is held is led where the rods cannot follow, into an
     /// obstacle or further than they reach. Where joints that do not stretch (compliances of 1e-10 m/N at most) answer with
     /// such a force, the equations are solved, and what they say is no motion of a rod. Where contacts leave nothing to solve,
