@@ -1,7 +1,7 @@
 //! How much the integrator brakes what goes round, driven or free.
 //!
-//! A step of Euler's rule takes `psi^2` of the kinetic energy of what turns the direction of its velocity by psi, one of backward
-//! differences of second order `psi^4 / 2`.
+//! A step of Euler's rule takes `2 psi^2` of the kinetic energy of what turns the direction of its velocity by psi, one of backward
+//! differences of second order `psi^4`: that of an oscillation in two directions, whose other half is what holds it.
 
 use std::f64::consts::TAU;
 use std::fmt::{self, Display, Formatter};
@@ -91,8 +91,8 @@ pub(crate) struct Braked {
 /// Part of the kinetic energy that is lost in a whole turn, in steps of psi.
 fn lost(integrator: Integrator, psi: f64) -> f64 {
     let in_a_turn = match integrator {
-        Integrator::Euler => TAU * psi,
-        Integrator::Bdf2 => 0.5 * TAU * psi.powi(3),
+        Integrator::Euler => 2.0 * TAU * psi,
+        Integrator::Bdf2 => TAU * psi.powi(3),
     };
     -(-in_a_turn).exp_m1()
 }
@@ -112,8 +112,8 @@ impl Braked {
         let lost_a_turn = lost(integrator, psi);
         let dt = scene.run.dt;
         let allowed = match integrator {
-            Integrator::Euler => -(-LITTLE).ln_1p() / TAU,
-            Integrator::Bdf2 => (-2.0 * (-LITTLE).ln_1p() / TAU).cbrt(),
+            Integrator::Euler => -(-LITTLE).ln_1p() / (2.0 * TAU),
+            Integrator::Bdf2 => (-(-LITTLE).ln_1p() / TAU).cbrt(),
         };
         (lost_a_turn > MUCH).then(|| Self {
             what: place(scene, Body::Segment(braking.most.0)),

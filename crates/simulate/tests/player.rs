@@ -11,7 +11,8 @@ fn a_browser_plays_the_pages_of_runs(browser: &mut Browser) -> anyhow::Result<()
     browser.look(Look { width: 600, height: 500, phone: false, dark: false })?;
     for (scene, steps) in [("knot", "30"), ("tree-70", "60"), ("helix-on-plane", "5")] {
         let out = folder.path().join(scene);
-        let output = run(&[scene, "--steps", steps, "--view", "--quiet", "--out", out.to_str().expect("UTF-8")]);
+        let output =
+            run(&[scene, "--steps", steps, "--view", "--trajectory", "--quiet", "--out", out.to_str().expect("UTF-8")]);
         assert_eq!(texts(&output), (Some(0), "", ""), "{scene}");
         browser.open(&out.join("view.html"))?;
         let exact = export::read_trajectory(&out.join("trajectory.safetensors"))?;

@@ -230,7 +230,7 @@ fn several_runs_make_one_page() {
     let output = run(&["view", &a, &b, "--out", &page]);
     let (code, _, error) = texts(&output);
     assert_eq!(code, Some(2));
-    assert!(error.starts_with("error: RUNS") && error.contains("view.json") && error.lines().count() == 1, "{error}");
+    assert!(error.starts_with("error: ") && error.contains("view.json") && error.lines().count() == 1, "{error}");
     assert!(!Path::new(&page).exists());
 }
 

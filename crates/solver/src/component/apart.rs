@@ -9,8 +9,9 @@ use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
 use crate::limits::APART;
 
-/// Cosine of half the angle of a joint, below which it may have passed half a turn in a step.
-const NEAR_HALF_A_TURN: f64 = 0.4;
+/// Cosine of half the angle of a joint, below which it may have passed half a turn in a step: one that slips a turn of twist stood at a
+/// right angle.
+const NEAR_HALF_A_TURN: f64 = 0.85;
 
 impl<T: Real> Component<T> {
     /// Not negative where a joint that does not yield in effect answers with such a force that it gapes by more than [`APART`]
