@@ -75,10 +75,10 @@ impl Piece {
              <PolyData>\n"
         )?;
         self.write_field(writer)?;
-        write!(
+        writeln!(
             writer,
             "<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"0\" NumberOfLines=\"{cells}\" \
-             NumberOfStrips=\"0\" NumberOfPolys=\"{triangles}\">\n"
+             NumberOfStrips=\"0\" NumberOfPolys=\"{triangles}\">"
         )?;
         let mut groups: Vec<(&str, Vec<&Array>)> = vec![
             ("PointData", self.point_data.iter().collect()),
