@@ -141,15 +141,12 @@ impl ConnectedSet {
         self.counters.guesses_dropped += u64::from(self.attempt.start == Start::Guess);
     }
 
-    /// How a step ended whose attempt ended so: with joints apart where they gape, with a turn lost where one passes half a turn. Predictions in the place of solves answer
+    /// How a step ended whose attempt ended so: with joints apart where they gape. Predictions in the place of solves answer
     /// with no forces.
     pub(crate) fn ended(&self, status: Status) -> Status {
         let is_solved = matches!(self.projector, Projector::Solve { .. });
-        if !is_solved {
-            return status;
-        }
-        let lost = if self.component.loses_turn() >= 0.0 { status.max(Status::TurnLost) } else { status };
-        if self.component.gapes() >= 0.0 { lost.max(Status::Apart) } else { lost }
+        let gapes = self.component.gapes();
+        if is_solved && gapes >= 0.0 { status.max(Status::Apart) } else { status }
     }
 
     /// Whether the last attempt leaves joints apart or askew by more than a tenth.
@@ -271,7 +268,7 @@ impl Steps for ConnectedSet {
             substeps.push(Substep::of(&self.component, 0));
         }
         finish(&mut self.component, params.formulation, 1.0, &mut self.counters);
-        if !matches!(status, Status::Converged | Status::TurnLost) {
+        if status != Status::Converged {
             self.component.begin_anew(1.0);
         }
         status

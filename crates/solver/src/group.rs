@@ -124,12 +124,6 @@ impl Group {
             statuses[lane] = Status::Apart;
             anew.set_lane(lane, 1.0);
         }
-        let lost = component.loses_turn();
-        for lane in (0..members.len()).filter(|&lane| active.lane(lane) >= 0.0 && lost.lane(lane) >= 0.0) {
-            if alone.iter().all(|(other, _)| *other != lane) {
-                statuses[lane] = statuses[lane].max(Status::TurnLost);
-            }
-        }
         for (lane, substeps) in substeps.iter_mut().enumerate().filter(|(lane, _)| active.lane(*lane) >= 0.0) {
             if alone.iter().all(|(other, _)| *other != lane) {
                 substeps.push(Substep::of(component, lane));

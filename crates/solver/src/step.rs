@@ -122,9 +122,6 @@ pub enum Status {
     Converged,
     /// To the tolerance, in substeps.
     ConvergedInSubsteps,
-    /// A joint was bent or twisted by more than half a turn, which its strain does not tell from a turn the other way: energy
-    /// and moment are lost. More segments are needed.
-    TurnLost,
     /// The cap on iterations came first, even with the smallest substep. Where contacts were off by more than
     /// [`ContactParams::astray`] radii then, what moves freely in their island was left where it was, at rest.
     OutOfIterations,
@@ -148,7 +145,6 @@ impl Status {
             Status::Converged => "converged",
             Status::ConvergedInSubsteps => "converged in substeps",
             Status::OutOfIterations => "out of iterations",
-            Status::TurnLost => "turn lost",
             Status::Apart => "joints apart",
             Status::TooManyContacts => "too many contacts",
             Status::NonFinite => "not finite",

@@ -406,8 +406,7 @@ fn nothing_blows_up() {
                 let scale = first.kinetic + 2.0 * 9.81 * mass;
                 for step in 0..(3.0 / dt) as usize {
                     let status = simulation.step(dt).expect("a valid step").status;
-                    // A chain that is whipped turns joints over.
-                    assert!(status <= Status::TurnLost, "{case}, {formulation}, {dt}, {step}: {status:?}");
+                    assert!(status <= Status::ConvergedInSubsteps, "{case}, {formulation}, {dt}, {step}: {status:?}");
                     simulation.store(&mut now);
                     let gain = (measure::energy(&model, &now).total() - first.total()) / scale;
                     assert!(gain < 1e-6, "{case}, {formulation}, dt = {dt}, step {step}: {gain:e}");

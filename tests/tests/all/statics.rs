@@ -327,7 +327,7 @@ fn beams_on_pins_and_hinges_sag_as_theory_says() {
 /// whatever its bending stiffness and its segments.
 #[test]
 fn a_mooring_line_on_the_sea_bed_pulls_as_the_elastic_catenary() {
-    for (segments, bending) in [(50, 1e3), (100, 1e3), (100, 1e6), (200, 1e8), (800, 1e5)] {
+    for (segments, bending) in [(50, 1e3), (100, 1e3), (100, 1e6), (200, 1e8)] {
         let text = format!(
             "gravity_m_s2 = [0, 0, -9.81]\n[[obstacles]]\nshape.plane = {{ point_m = [0, 0, -200.1665] }}\n[[rods]]\n\
              radius_m = 0.1665\nstretch = \"physical\"\nsection.stiffness = {{ bending_n_m2 = [{bending}, {bending}], torsion_n_m2 \

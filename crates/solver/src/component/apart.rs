@@ -9,10 +9,6 @@ use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
 use crate::limits::APART;
 
-/// Cosine of half the angle of a joint, below which it may have passed half a turn in a step: one that slips a turn of twist stood at a
-/// right angle.
-const NEAR_HALF_A_TURN: f64 = 0.85;
-
 impl<T: Real> Component<T> {
     /// Not negative where a joint that does not yield in effect answers with such a force that it gapes by more than [`APART`]
     /// of its length, a lane each. The compliance of such joints is there for the solver's sake: a gap as wide solves the
@@ -28,32 +24,6 @@ impl<T: Real> Component<T> {
             worst = worst.max((rigid - yields).select(beyond, none));
         }
         worst
-    }
-
-    /// Not negative where a joint has passed half a turn in the step under way, a lane each: where the relative quaternion of its
-    /// bodies, followed from the start of the step, has changed its sign. Joints that turn freely may do so.
-    pub(crate) fn loses_turn(&self) -> T {
-        let none = T::splat(-1.0);
-        let mut lost = none;
-        for (k, (terms, ends)) in self.system.joints.iter().zip(&self.system.topology.joints).enumerate() {
-            let near = T::splat(NEAR_HALF_A_TURN) - terms.s;
-            if (0..self.used).all(|lane| near.lane(lane) < 0.0) {
-                continue;
-            }
-            let dot = |p: Quat<T>, q: Quat<T>| p.w * q.w + p.v.dot(q.v);
-            let [now, start] = [&self.poses, &self.start].map(|poses| ends.map(|body| poses[body as usize].q));
-            // What a motion drives may change the sign of its quaternion without turning.
-            let sign = dot(now[0], start[0]) * dot(now[1], start[1]);
-            let [now, start] = [now, start].map(|[a, b]| match self.beyond.rests.get(k) {
-                None => dot(a, b),
-                Some(rests) => dot(a * rests[0], b * rests[1]),
-            });
-            let crosses = near.select(-(now * start * sign), none);
-            for lane in (0..self.used).filter(|&lane| crosses.lane(lane) > 0.0 && !self.is_loose(k, lane)) {
-                lost.set_lane(lane, 1.0);
-            }
-        }
-        lost
     }
 
     /// Whether a joint was apart already when the step under way began, in any lane: a shorter step does not help.

@@ -127,8 +127,7 @@ impl Run {
         let begin = self.simulation.time();
         let report = self.simulation.step(dt)?;
         self.steps += 1;
-        // A turn that is lost is one of the equations' own motion, which has a derivative.
-        if report.status > Status::TurnLost {
+        if report.status > Status::ConvergedInSubsteps {
             self.failed = Some((self.steps, report.status));
             self.check()?;
         }

@@ -454,8 +454,7 @@ impl Steps for Island<'_> {
         if let Some(whole) = self.room.whole {
             self.stage.note_strays(self.shared, &self.sets, (self.room.end - whole.time) / whole.dt);
         }
-        let is_solved = matches!(status, Status::Converged | Status::TurnLost);
-        let begins_anew = self.stage.end_step(self.shared) || !is_solved;
+        let begins_anew = self.stage.end_step(self.shared) || status != Status::Converged;
         if let Some(whole) = self.whole {
             let touching = self.stage.slopes(self.shared, &mut self.sets, params.contact_tolerance);
             self.room.substeps.extend(Substep::of_all(self.sets.as_slice(), whole, touching, begins_anew));

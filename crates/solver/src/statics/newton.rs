@@ -37,7 +37,7 @@ const GAP: f64 = 0.1;
 /// Solves after which the method is given up.
 const MOST_SOLVES: usize = 120;
 /// The same with contacts, of which each step may choose others.
-const MOST_WITH_CONTACTS: usize = 5000;
+const MOST_WITH_CONTACTS: usize = 1000;
 /// Solves of a step in which others press.
 const MOST_CHOICES: usize = 12;
 /// Unstable equilibria that are left before the method is given up.

@@ -231,9 +231,7 @@ fn reactions_balance_weight_and_inertia() {
     simulation.store(&mut after);
     for step in 0..150 {
         std::mem::swap(&mut before, &mut after);
-        // The rod is too soft for its few segments, and kinks at its grips.
-        let status = simulation.step(DT).unwrap().status;
-        assert!(matches!(status, Status::Converged | Status::TurnLost), "step {step}: {status:?}");
+        assert_eq!(simulation.step(DT).unwrap().status, Status::Converged, "step {step}");
         simulation.store(&mut after);
         simulation.store_joint_forces(&mut forces);
         model.set_time(simulation.time());

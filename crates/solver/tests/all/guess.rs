@@ -137,9 +137,7 @@ fn simulated(
     let factory = |model: &Model, members: &Members, topology: &Topology| guess.build(model, members, topology);
     let mut simulation = Simulation::new(model, state, &Settings { step, solver }, Some(&factory)).unwrap();
     for k in 0..30 {
-        // Soft rods kink on the way.
-        let status = simulation.step(dt(k)).unwrap().status;
-        assert!(status <= Status::ConvergedInSubsteps || status == Status::TurnLost, "{status:?}");
+        assert!(simulation.step(dt(k)).unwrap().status <= Status::ConvergedInSubsteps);
     }
     let mut end = state.clone();
     simulation.store(&mut end);
