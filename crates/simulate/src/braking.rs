@@ -11,7 +11,7 @@ use scene::Scene;
 use serde::Serialize;
 use solver::integrator::Integrator;
 
-use crate::coarse::{UNMOVED, at_stake};
+use crate::coarse::at_stake;
 use crate::held::place;
 use crate::measured::Measured;
 use crate::numbers::{number, share};
@@ -20,6 +20,8 @@ use crate::numbers::{number, share};
 /// advised.
 const MUCH: f64 = 0.2;
 const LITTLE: f64 = 0.05;
+/// Part of the energy at stake that is kinetic in the mean where something moves to speak of.
+const MOVES: f64 = 0.02;
 /// A larger turn in a step is that of an impact, or of what shakes [rad].
 const SMOOTH: f64 = 0.5;
 
@@ -102,7 +104,7 @@ impl Braked {
     /// nothing moves.
     pub(crate) fn of(scene: &Scene, integrator: Integrator, steps: usize, measured: &Measured) -> Option<Self> {
         let braking = &measured.braking;
-        if braking.energy < UNMOVED * at_stake(&scene.model, measured) * braking.steps {
+        if braking.energy < MOVES * at_stake(&scene.model, measured) * braking.steps {
             return None;
         }
         if braking.energy <= 0.0 || braking.turn / braking.energy * (steps as f64) < TAU {

@@ -18,7 +18,7 @@ const LITTLE: f64 = 0.05;
 /// Rods lighter than this share of the heaviest one do not count.
 const LIGHT: f64 = 0.1;
 /// Part of the energy at stake below which nothing that swung has been lost.
-pub(crate) const UNMOVED: f64 = 1e-3;
+const UNMOVED: f64 = 1e-3;
 
 /// A swing that the integrator damps much: the fastest of the rods' first modes, of rods that are not light.
 #[derive(Clone, Debug, Serialize)]

@@ -138,7 +138,7 @@ fn a_text_says_where_its_entries_stand_and_what_they_leave_out() {
         "rod-1: radius_m = 0.05, youngs_modulus_pa = 100000, density_kg_m3 = 100",
     ];
     assert_eq!(left_out(TEXT), expected);
-    let stiffness = "stiffness = { stretch_n = 1, bending_n_m2 = [1, 1], torsion_n_m2 = 1, mass_kg_m = 1 }";
+    let stiffness = "stiffness = { bending_n_m2 = [1, 1], torsion_n_m2 = 1, mass_kg_m = 1 }";
     let given = TEXT.replace("radius_m = 0.01 # thin", &format!("radius_m = 0.01\nsection.{stiffness}"));
     assert_eq!(left_out(&given), expected[1..]);
     // With what is set.
