@@ -11,17 +11,14 @@ use scene::Scene;
 use serde::Serialize;
 use solver::integrator::Integrator;
 
-use crate::coarse::at_stake;
+use crate::coarse::{Loss, at_stake};
 use crate::held::place;
 use crate::measured::Measured;
-use crate::numbers::{number, share};
 
-/// Part of its energy that it may lose in a turn before a run says so, and the part that it loses at the time step that is
-/// advised.
-const MUCH: f64 = 0.2;
-const LITTLE: f64 = 0.05;
 /// Part of the energy at stake that is kinetic in the mean where something moves to speak of.
 const MOVES: f64 = 0.02;
+/// What goes round is two oscillations, whose losses its kinetic energy alone bears.
+const AS_AN_OSCILLATION: f64 = 2.0;
 /// A larger turn in a step is that of an impact, or of what shakes [rad].
 const SMOOTH: f64 = 0.5;
 
@@ -79,70 +76,29 @@ pub(crate) struct Braked {
     turn_a_step_rad: f64,
     /// Part of the kinetic energy that the integrator takes in a whole turn.
     lost_a_turn: f64,
-    /// The time step at which it takes a twentieth [s].
-    advised_dt_s: f64,
-    /// The same part with the integrator bdf2 at this time step, where that is another one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    lost_with_bdf2: Option<f64>,
-    #[serde(skip)]
-    integrator: &'static str,
-    #[serde(skip)]
-    dt: f64,
-}
-
-/// Part of the kinetic energy that is lost in a whole turn, in steps of psi.
-fn lost(integrator: Integrator, psi: f64) -> f64 {
-    let in_a_turn = match integrator {
-        Integrator::Euler => 2.0 * TAU * psi,
-        Integrator::Bdf2 => TAU * psi.powi(3),
-    };
-    -(-in_a_turn).exp_m1()
+    #[serde(flatten)]
+    loss: Loss,
 }
 
 impl Braked {
     /// That of a run of `steps` steps; `None` where little is lost, where velocities turn by less than a whole turn, and where next to
     /// nothing moves.
     pub(crate) fn of(scene: &Scene, integrator: Integrator, steps: usize, measured: &Measured) -> Option<Self> {
-        let braking = &measured.braking;
-        if braking.energy < MOVES * at_stake(&scene.model, measured) * braking.steps {
+        let Braking { steps: seen, energy, turn, squared, most: (fastest, _), .. } = measured.braking;
+        let moves = energy > 0.0 && energy >= MOVES * at_stake(&scene.model, measured) * seen;
+        if !moves || turn / energy * (steps as f64) < TAU {
             return None;
         }
-        if braking.energy <= 0.0 || braking.turn / braking.energy * (steps as f64) < TAU {
-            return None;
-        }
-        let psi = braking.squared / braking.turn;
-        let lost_a_turn = lost(integrator, psi);
-        let dt = scene.run.dt;
-        let allowed = match integrator {
-            Integrator::Euler => -(-LITTLE).ln_1p() / (2.0 * TAU),
-            Integrator::Bdf2 => (-(-LITTLE).ln_1p() / TAU).cbrt(),
-        };
-        (lost_a_turn > MUCH).then(|| Self {
-            what: place(scene, Body::Segment(braking.most.0)),
-            turn_a_step_rad: psi,
-            lost_a_turn,
-            advised_dt_s: dt * allowed / psi,
-            lost_with_bdf2: (integrator != Integrator::Bdf2).then(|| lost(Integrator::Bdf2, psi)),
-            integrator: integrator.name(),
-            dt,
-        })
+        let psi = squared / turn;
+        let loss = Loss::of(integrator, psi, AS_AN_OSCILLATION, scene.run.dt)?;
+        let what = place(scene, Body::Segment(fastest));
+        Some(Self { what, turn_a_step_rad: psi, lost_a_turn: loss.part, loss })
     }
 }
 
 impl Display for Braked {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self { what, lost_a_turn, integrator, dt, advised_dt_s, .. } = self;
-        write!(
-            f,
-            "time step: {integrator} at {dt:?} s takes about {:.0} % of the kinetic energy of what goes round ({what}) in each \
-             turn; --dt {} takes {:.0} %",
-            100.0 * lost_a_turn,
-            number(*advised_dt_s),
-            100.0 * LITTLE
-        )?;
-        match self.lost_with_bdf2 {
-            Some(part) if part < *lost_a_turn => write!(f, ", --integrator bdf2 {} %", share(100.0 * part)),
-            _ => Ok(()),
-        }
+        let Self { what, loss, .. } = self;
+        loss.tell(f, format_args!("the kinetic energy of what goes round ({what}) in each turn"))
     }
 }

@@ -30,6 +30,16 @@ pub(crate) struct TooCoarse {
     frequency_hz: f64,
     /// Part of its energy that the integrator takes in a period.
     lost_a_period: f64,
+    #[serde(flatten)]
+    loss: Loss,
+}
+
+/// What an integrator takes from a motion, and how to keep it.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Loss {
+    /// Part of the energy that it takes in a period.
+    #[serde(skip)]
+    pub(crate) part: f64,
     /// The time step at which it takes a twentieth [s].
     advised_dt_s: f64,
     /// The same part with the integrator bdf2 at this time step, where that is another one.
@@ -41,19 +51,50 @@ pub(crate) struct TooCoarse {
     dt: f64,
 }
 
-/// Part of the energy of an oscillation of angular frequency w that an integrator takes in a period, by `x = w dt`: its rate
-/// is `w^2 dt` with Euler's rule, `w^4 dt^3 / 2` with backward differences of second order.
-fn lost(integrator: Integrator, x: f64) -> f64 {
+impl Loss {
+    /// That of a motion with `x = w dt` in steps of `dt` [s], which loses so many `times` as much as an oscillation does; `None`
+    /// where that is little.
+    pub(crate) fn of(integrator: Integrator, x: f64, times: f64, dt: f64) -> Option<Self> {
+        let lost = |integrator| lost(integrator, x, times);
+        let part = lost(integrator);
+        (part > MUCH).then(|| Self {
+            part,
+            advised_dt_s: allowed(integrator, LITTLE, times) * dt / x,
+            lost_with_bdf2: (integrator != Integrator::Bdf2).then(|| lost(Integrator::Bdf2)),
+            integrator: integrator.name(),
+            dt,
+        })
+    }
+
+    /// Says it in words; `what` it is taken from, and in what time.
+    pub(crate) fn tell(&self, f: &mut Formatter<'_>, what: fmt::Arguments<'_>) -> fmt::Result {
+        let Self { part, advised_dt_s, lost_with_bdf2, integrator, dt } = self;
+        let [taken, little] = [*part, LITTLE].map(|part| 100.0 * part);
+        write!(
+            f,
+            "time step: {integrator} at {dt:?} s takes about {taken:.0} % of {what}; --dt {} takes {little:.0} %",
+            short(*advised_dt_s)
+        )?;
+        match lost_with_bdf2 {
+            Some(with_bdf2) if with_bdf2 < part => write!(f, ", --integrator bdf2 {} %", share(100.0 * with_bdf2)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Part of the energy that an integrator takes in a period, by `x = w dt`, so many `times` what it takes from an oscillation of
+/// angular frequency w: there its rate is `w^2 dt` with Euler's rule, `w^4 dt^3 / 2` with backward differences of second order.
+fn lost(integrator: Integrator, x: f64, times: f64) -> f64 {
     let in_a_period = match integrator {
         Integrator::Euler => 2.0 * PI * x,
         Integrator::Bdf2 => PI * x.powi(3),
     };
-    -(-in_a_period).exp_m1()
+    -(-times * in_a_period).exp_m1()
 }
 
 /// `w dt` at which [`lost`] is `part`.
-fn allowed(integrator: Integrator, part: f64) -> f64 {
-    let in_a_period = -(-part).ln_1p();
+fn allowed(integrator: Integrator, part: f64, times: f64) -> f64 {
+    let in_a_period = -(-part).ln_1p() / times;
     match integrator {
         Integrator::Euler => in_a_period / (2.0 * PI),
         Integrator::Bdf2 => (in_a_period / PI).cbrt(),
@@ -87,16 +128,15 @@ impl TooCoarse {
         let heaviest = modes.iter().map(|mode| mode.mass).fold(0.0, f64::max);
         let counts = |mode: &&Mode| {
             let periods = steps as f64 * dt * mode.frequency / (2.0 * PI);
-            let part = lost(integrator, mode.frequency * dt);
+            let part = lost(integrator, mode.frequency * dt, 1.0);
             let rate = -(-part).ln_1p() * mode.frequency / (2.0 * PI);
             // What swings faster than the step resolves stands still from the first step on, and no one waits for it.
             let is_resolved = mode.frequency * dt < 1.0;
             mode.mass >= LIGHT * heaviest && periods >= 1.0 && rate > meant(model, mode) && is_resolved
         };
         let mode = modes.iter().filter(counts).max_by(|a, b| a.frequency.total_cmp(&b.frequency))?;
-        let x = mode.frequency * dt;
-        let part = lost(integrator, x);
-        (part > MUCH).then(|| Self {
+        let loss = Loss::of(integrator, mode.frequency * dt, 1.0, dt)?;
+        Some(Self {
             rod: scene.rods.get(mode.rod).map_or_else(String::new, |rod| rod.name.clone()),
             mode: match mode.restoring {
                 Restoring::Bending => "bending",
@@ -104,31 +144,17 @@ impl TooCoarse {
                 Restoring::Tension => "tension",
             },
             frequency_hz: mode.frequency / (2.0 * PI),
-            lost_a_period: part,
-            advised_dt_s: allowed(integrator, LITTLE) / mode.frequency,
-            lost_with_bdf2: (integrator != Integrator::Bdf2).then(|| lost(Integrator::Bdf2, x)),
-            integrator: integrator.name(),
-            dt,
+            lost_a_period: loss.part,
+            loss,
         })
     }
 }
 
 impl Display for TooCoarse {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self { rod, mode, frequency_hz, lost_a_period, integrator, dt, .. } = self;
-        write!(
-            f,
-            "time step: {integrator} at {dt:?} s takes about {:.0} % of its energy from the first swing of {rod} ({mode}, {} \
-             Hz) in each period; --dt {} takes {:.0} %",
-            100.0 * lost_a_period,
-            number(*frequency_hz),
-            short(self.advised_dt_s),
-            100.0 * LITTLE
-        )?;
-        match self.lost_with_bdf2 {
-            Some(part) if part < *lost_a_period => write!(f, ", --integrator bdf2 {} %", share(100.0 * part)),
-            _ => Ok(()),
-        }
+        let Self { rod, mode, frequency_hz, loss, .. } = self;
+        let hertz = number(*frequency_hz);
+        loss.tell(f, format_args!("its energy from the first swing of {rod} ({mode}, {hertz} Hz) in each period"))
     }
 }
 
@@ -147,7 +173,7 @@ mod tests {
         // One step of Euler's rule keeps 1 / (1 + x^2) of an oscillation's energy; 2 pi / x steps are a period.
         for x in [0.01_f64, 0.03, 0.1] {
             let exact = 1.0 - (1.0 + x * x).powf(-2.0 * PI / x);
-            assert!((lost(Integrator::Euler, x) / exact - 1.0).abs() < 0.01, "{x}");
+            assert!((lost(Integrator::Euler, x, 1.0) / exact - 1.0).abs() < 0.01, "{x}");
         }
         // Its steps: (3 - 2 i x) z'' = 4 z' - z for y' = i w y, from a swing that goes on for two periods.
         for x in [0.03_f64, 0.1] {
@@ -160,10 +186,12 @@ mod tests {
                 (before, now) = (now, next);
             }
             let kept = (now[0].powi(2) + now[1].powi(2)).sqrt();
-            assert!((lost(Integrator::Bdf2, x) / (1.0 - kept) - 1.0).abs() < 0.1, "{x}: {kept}");
+            assert!((lost(Integrator::Bdf2, x, 1.0) / (1.0 - kept) - 1.0).abs() < 0.1, "{x}: {kept}");
         }
         for integrator in [Integrator::Euler, Integrator::Bdf2] {
-            assert!((lost(integrator, allowed(integrator, 0.05)) - 0.05).abs() < 1e-12);
+            for times in [1.0, 2.0] {
+                assert!((lost(integrator, allowed(integrator, 0.05, times), times) - 0.05).abs() < 1e-12);
+            }
         }
         assert_eq!([0.0031416, 0.12, 2.5, 30.0].map(short), ["0.0031", "0.12", "2.5", "30"]);
     }

@@ -3,20 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use crate::common::{run, texts};
+use crate::common::{refused, runs};
 use export::{Trajectory, read_trajectory};
 use serde_json::Value;
-
-fn runs(arguments: &[&str]) {
-    assert_eq!(texts(&run(&[arguments, &["--quiet"]].concat())), (Some(0), "", ""), "{arguments:?}");
-}
-
-fn refused(arguments: &[&str]) -> String {
-    let output = run(arguments);
-    let (code, _, err) = texts(&output);
-    assert_eq!(code, Some(2), "{arguments:?}: {err}");
-    err.to_owned()
-}
 
 fn trajectory(folder: &str) -> Trajectory {
     read_trajectory(&Path::new(folder).join("trajectory.safetensors")).expect("a trajectory")

@@ -186,7 +186,7 @@ fn a_run_says_where_its_integrator_brakes_what_goes_round() {
     assert!(!silent.contains("time step:"), "{silent}");
 }
 
-/// Ten turns of twist in 40 segments: 90 degrees a joint, 91 with the clamps' halves. Below 20 degrees a run says nothing.
+/// Four turns of twist in 40 segments are 36 degrees a joint. Below 20 degrees a run says nothing.
 #[test]
 fn a_run_says_where_joints_turn_too_far() {
     let folder = tempfile::tempdir().expect("a folder");

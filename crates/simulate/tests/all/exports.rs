@@ -4,12 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use crate::common::{run, texts};
-
-/// Commands that end well and say nothing.
-fn runs(arguments: &[&str]) {
-    assert_eq!(texts(&run(&[arguments, &["--quiet"]].concat())), (Some(0), "", ""), "{arguments:?}");
-}
+use crate::common::{run, runs, texts};
 
 /// All files below a folder with their contents; those of the run alone, which know how long it took, left out.
 fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::common::{run, simulate, texts};
+use crate::common::{run, runs, simulate, texts};
 use serde_json::Value;
 
 /// Names in a folder, in order.
@@ -19,11 +19,6 @@ fn names(folder: &Path) -> Vec<String> {
 
 fn read(file: &Path) -> Value {
     serde_json::from_slice(&fs::read(file).expect("a file")).expect("JSON")
-}
-
-/// Runs that end well and say nothing.
-fn runs(arguments: &[&str]) {
-    assert_eq!(texts(&run(&[arguments, &["--quiet"]].concat())), (Some(0), "", ""), "{arguments:?}");
 }
 
 const ALWAYS: [&str; 3] = ["run-scene.toml", "run.json", "summary.json"];

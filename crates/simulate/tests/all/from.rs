@@ -2,13 +2,8 @@
 
 use std::path::Path;
 
-use crate::common::{run, simulate, texts};
+use crate::common::{run, runs, simulate, texts};
 use export::read_trajectory;
-
-/// Runs that end well and say nothing.
-fn runs(arguments: &[&str]) {
-    assert_eq!(texts(&run(&[arguments, &["--quiet"]].concat())), (Some(0), "", ""), "{arguments:?}");
-}
 
 /// The folders of two runs.
 fn folders(place: &Path) -> [String; 2] {

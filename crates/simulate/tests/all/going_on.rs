@@ -4,21 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::common::{json, run, texts};
+use crate::common::{json, refused, run, runs};
 use export::{Trajectory, read_trajectory};
-
-/// Runs that end well and say nothing.
-fn runs(arguments: &[&str]) {
-    assert_eq!(texts(&run(&[arguments, &["--quiet"]].concat())), (Some(0), "", ""), "{arguments:?}");
-}
-
-/// The error of a run that bad input ends.
-fn refused(arguments: &[&str]) -> String {
-    let output = run(arguments);
-    let (code, _, err) = texts(&output);
-    assert_eq!(code, Some(2), "{arguments:?}: {err}");
-    err.to_owned()
-}
 
 /// Names in a folder, as flags take them.
 fn names<const N: usize>(place: &Path, names: [&str; N]) -> [String; N] {

@@ -5,13 +5,8 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use crate::common::{run, simulate, texts};
+use crate::common::{run, runs, simulate, texts};
 use export::{Trajectory, read_trajectory, read_words};
-
-/// Runs that end well and say nothing.
-fn runs(arguments: &[&str]) {
-    assert_eq!(texts(&run(&[arguments, &["--quiet"]].concat())), (Some(0), "", ""), "{arguments:?}");
-}
 
 fn trajectory(folder: &str) -> Trajectory {
     read_trajectory(&Path::new(folder).join("trajectory.safetensors")).expect("a trajectory")

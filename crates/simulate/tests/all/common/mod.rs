@@ -48,6 +48,19 @@ pub(crate) fn texts(output: &Output) -> (Option<i32>, &str, &str) {
     (output.status.code(), text(&output.stdout), text(&output.stderr))
 }
 
+/// Runs that end well and say nothing.
+pub(crate) fn runs(arguments: &[&str]) {
+    assert_eq!(texts(&run(&[arguments, &["--quiet"]].concat())), (Some(0), "", ""), "{arguments:?}");
+}
+
+/// The error of a run that bad input ends.
+pub(crate) fn refused(arguments: &[&str]) -> String {
+    let output = run(arguments);
+    let (code, _, err) = texts(&output);
+    assert_eq!(code, Some(2), "{arguments:?}: {err}");
+    err.to_owned()
+}
+
 /// The one JSON object that a run with `--json` prints, after a check that all went well.
 pub(crate) fn json(arguments: &[&str]) -> Value {
     let output = run(&[arguments, &["--json"]].concat());
