@@ -62,13 +62,6 @@ pub struct RoundSide {
     pub radius: f64,
 }
 
-impl RoundSide {
-    /// Whether something parallel to the axis lies on it.
-    fn has(direction: &Vector3<f64>) -> bool {
-        direction.xy().norm() < SIDE
-    }
-}
-
 /// Sine of the angle to the axis below which an edge, and of that to a plane across it below which a face is of the round side.
 const SIDE: f64 = 1e-6;
 
@@ -160,7 +153,7 @@ impl TriangleMesh {
     /// Whether an edge stands for a part of the round side.
     pub fn is_round_edge(&self, edge: usize) -> bool {
         let [start, end] = self.edges[edge].ends;
-        self.round.is_some() && RoundSide::has(&(end - start).normalize())
+        self.round.is_some() && (end - start).normalize().xy().norm() < SIDE
     }
 
     /// The triangles.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::{Model, ModelError, State, Wind, Wrench};
+use crate::{Model, ModelError, State, Wind, WindNow, Wrench};
 
 /// Air that surrounds all segments.
 ///
@@ -27,9 +27,13 @@ impl Model {
     /// The drag of the air on a segment in `state` at `time` [s], about its centre; on a rigid body at its centre. A held segment
     /// does not yield to it: what holds it bears it.
     pub fn drag(&self, i: usize, state: &State, time: f64) -> Wrench {
-        let (Some(air), segment) = (&self.air, &self.segments[i]) else { return Wrench::default() };
+        self.air.as_ref().map_or_else(Wrench::default, |air| self.drag_in(air, &air.wind.at(time), i, state))
+    }
+
+    /// [`Model::drag`] in the air's wind at one time.
+    pub(crate) fn drag_in(&self, air: &Air, wind: &WindNow, i: usize, state: &State) -> Wrench {
+        let segment = &self.segments[i];
         let (position, velocity, spin) = (state.positions[i], state.velocities[i], state.angular_velocities[i]);
-        let wind = air.wind.at(time);
         let mut drag = Wrench::default();
         if let Some(body) = &segment.body {
             let relative = wind.velocity(&position) - velocity;

@@ -21,10 +21,9 @@ impl Wrench {
         self.moment += arm.cross(force) + moment;
     }
 
-    /// Force, then moment, times `factor`.
-    fn take(&mut self, other: &Self, factor: f64) {
-        self.force += other.force * factor;
-        self.moment += other.moment * factor;
+    fn subtract(&mut self, other: &Self) {
+        self.force -= other.force;
+        self.moment -= other.moment;
     }
 }
 
@@ -100,6 +99,8 @@ impl Reaction {
             let arm = after.axis(load.segment) * load.offset;
             segments[load.segment].loads.add(&load.force, &arm, &load.torque);
         }
+        // The wind is the same for all.
+        let air = model.air.as_ref().map(|air| (air, air.wind.at(to)));
         let mut held = Vec::new();
         for (i, segment) in model.segments.iter().enumerate().filter(|(_, segment)| segment.fixed) {
             let parts = &mut segments[i];
@@ -110,7 +111,7 @@ impl Reaction {
                 moment: (momentum(after) - momentum(before)) / (to - from),
             };
             parts.contacts = contacts.get(i).copied().unwrap_or_default();
-            parts.drag = model.drag(i, after, to);
+            parts.drag = air.as_ref().map_or_else(Wrench::default, |(air, wind)| model.drag_in(air, wind, i, after));
             held.push((Body::Segment(i), *parts));
         }
         held.extend(anchors.into_iter().enumerate().map(|(i, parts)| (Body::Anchor(i), parts)));
@@ -121,7 +122,7 @@ impl Reaction {
     fn of(body: Body, parts: ReactionParts) -> Self {
         let mut sum = parts.inertia;
         for given in [parts.joints, parts.contacts, parts.drag, parts.loads] {
-            sum.take(&given, -1.0);
+            sum.subtract(&given);
         }
         Self { body, force: sum.force, moment: sum.moment, parts }
     }

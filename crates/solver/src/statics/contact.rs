@@ -163,23 +163,15 @@ impl Contacts {
         let shortest = lengths.fold(f64::INFINITY, f64::min);
         let thinnest = contacts.iter().map(|contact: &Contact| contact.radius).fold(f64::INFINITY, f64::min);
         let negligible = NEGLIGIBLE * thinnest;
-        let mut reliefs = vec![0.0; obstacles.len()];
-        let mut own = Self {
-            contacts,
-            obstacles,
-            stiffness,
-            of_bending: stiffness,
-            shortest,
-            reliefs: reliefs.clone(),
-            change: 0.0,
-            negligible,
-        };
+        let reliefs = vec![0.0; obstacles.len()];
+        let mut own =
+            Self { contacts, obstacles, stiffness, of_bending: stiffness, shortest, reliefs, change: 0.0, negligible };
         own.evaluate(component);
-        for contact in own.contacts.iter().filter(|contact| contact.gap < -OVERLAP * contact.radius) {
-            let relief: &mut f64 = &mut reliefs[contact.obstacle];
+        let Self { contacts, reliefs, .. } = &mut own;
+        for contact in contacts.iter().filter(|contact| contact.gap < -OVERLAP * contact.radius) {
+            let relief = &mut reliefs[contact.obstacle];
             *relief = relief.max(-contact.gap);
         }
-        own.reliefs = reliefs;
         own
     }
 
