@@ -116,7 +116,7 @@ pub(crate) fn hold_frame(scene: &mut Scene, what: &str) -> Result<Vec<Hold>> {
     let mut holds = Vec::new();
     let usual = widest_within(&scene.model, &scene.state);
     for k in 0..scene.model.joints.len() {
-        let joint = scene.model.joints[k].clone();
+        let joint = scene.model.joints[k];
         let Some((anchor, segment)) = of_anchor(&joint) else { continue };
         let apart = stretch_gap(&scene.model, &scene.state, &joint).norm() / joint.length;
         if scene.model.is_open(&joint) || is_springy(&scene.model, &joint) || apart <= APART + 2.0 * usual {

@@ -214,25 +214,26 @@ impl<'a> Keep<'a> {
         }
     }
 
-    /// Writes all files, with the `last` snapshot and a table of extremes if there are any, or, where the disk has `refused` frames,
-    /// what fits.
+    /// Writes a snapshot of the end.
+    pub(crate) fn write_snapshot(&mut self, label: &Label, snapshot: &Snapshot) -> Result<()> {
+        self.files.write_snapshot(label, snapshot)
+    }
+
+    /// Writes all files, with a table of extremes if there is one, or, where the disk has `refused` frames, what fits.
     pub(crate) fn close(
         self,
         scene: &Scene,
         summary: &impl Serialize,
         conditions: &Conditions,
-        last: Option<(&Label, &Snapshot)>,
         envelope: Option<&Envelope>,
         refused: Option<Error>,
         progress: &Progress,
     ) -> Result<Written> {
-        let Self { mut files, mut player, curves, plots, .. } = self;
+        let Self { files, mut player, curves, plots, .. } = self;
         if let (Some(player), Some(curves)) = (&mut player, curves) {
             curves.finish(player);
         }
-        // First of all: it takes the least room and is worth the most.
-        let unsaved = last.and_then(|(label, snapshot)| files.write_snapshot(label, snapshot).err());
-        files.close(scene, summary, refused.or(unsaved), progress, |directory| {
+        files.close(scene, summary, refused, progress, |directory| {
             if let Some(envelope) = envelope {
                 envelope.write(&directory.join(ENVELOPE), &scene.model, &names(scene, &scene.model))?;
             }

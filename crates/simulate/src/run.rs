@@ -164,9 +164,10 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let refused = reached.refused.take();
     let envelope = watch.as_ref().and_then(|watch| watch.envelope.as_ref());
     let written = keep
-        .map(|keep| {
-            let last = snapshot.as_ref().map(|snapshot| (&label, snapshot));
-            keep.close(&told, &summary, &conditions, last, envelope, refused, &progress)
+        .map(|mut keep| {
+            // The snapshot first: it takes the least room and is worth the most.
+            let unsaved = snapshot.as_ref().and_then(|snapshot| keep.write_snapshot(&label, snapshot).err());
+            keep.close(&told, &summary, &conditions, envelope, refused.or(unsaved), &progress)
         })
         .transpose()
         .context("--out");

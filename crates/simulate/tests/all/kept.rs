@@ -266,7 +266,8 @@ fn the_envelope_is_that_of_the_joints() {
         assert_eq!((&row[3], of(row, "s_m")), (&within.to_string(), format!("{:?}", 0.25 * (within as f64 + 0.5))));
         let at_ends: Vec<_> = joints.iter().filter(|row| row[4] == name || row[6] == name).collect();
         assert_eq!(at_ends.len(), 2 * 13);
-        let quantities: [(&str, &dyn Fn(&[String]) -> f64, usize); 4] = [
+        type Quantity<'a> = (&'a str, &'a dyn Fn(&[String]) -> f64, usize);
+        let quantities: [Quantity; 4] = [
             ("tension_{}_n", &|row| number(row, "tension_n"), 1),
             ("bending_moment_{}_n_m", &|row| number(row, "moment_x_n_m").hypot(number(row, "moment_y_n_m")), 1),
             ("torsion_{}_n_m", &|row| number(row, "moment_z_n_m"), 1),
