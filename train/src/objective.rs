@@ -8,8 +8,8 @@ use std::sync::{Arc, Mutex};
 
 use copingnet::{CgLoss, Encoder, Encoding, Inputs};
 use dataset::{Dataset, Split, Trajectory};
+use kernels::Spatial;
 use solver::component::Component;
-use solver::kernel::Spatial;
 use solver::linear::precondition::{Preconditioner, PreconditionerKind};
 
 use crate::samples::{Chunk, Samples};

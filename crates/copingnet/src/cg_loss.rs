@@ -8,8 +8,8 @@
 //! loss = ln (r^T M^-1 r / b^T M^-1 b),   r = b - A x after `steps` iterations from x_0.
 //! ```
 
-use solver::kernel::Spatial;
-use solver::kernel::dispatch::vectorized;
+use kernels::Spatial;
+use kernels::dispatch::vectorized;
 use solver::linear::operator::Operator;
 use solver::linear::precondition::Preconditioner;
 use solver::system::System;

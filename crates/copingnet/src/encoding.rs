@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use graph::semi::{self, Semi};
 use graph::{Channel, Graph, Normal, Norms, Whitening, body_frame, corrections, mask, paper, project_to_plane, turns};
+use kernels::Spatial;
 use names::names;
 use serde::{Deserialize, Serialize};
 use solver::component::Component;
-use solver::kernel::Spatial;
 
 use crate::{NetworkConfig, Output};
 

@@ -7,9 +7,9 @@
 use std::sync::Arc;
 
 use graph::{Batch, Graph, Normal};
+use kernels::Spatial;
 use solver::component::Component;
 use solver::guess::InitialGuess;
-use solver::kernel::Spatial;
 use solver::projection::Projection;
 
 use crate::encoding::Encode;

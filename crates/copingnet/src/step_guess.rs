@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use graph::turns::{NODE_OUTPUT, NODE_OUTPUT_CHANNELS, Turns};
 use graph::{Graph, Lift, Normal, body_frame};
+use kernels::Spatial;
+use kernels::dispatch::vectorized;
+use kernels::math::Vec3;
 use solver::component::{BodyPose, Component};
 use solver::guess::InitialGuess;
-use solver::kernel::Spatial;
-use solver::kernel::dispatch::vectorized;
-use solver::kernel::math::Vec3;
 use solver::snapshot::Tape;
 
 use crate::encoding::{Encode, mask_outputs};

@@ -4,12 +4,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use graph::{Graph, Normal, Norms};
+use kernels::Spatial;
+use kernels::math::{Quat, Vec3};
 use rayon::prelude::*;
 use rod::{Model, State};
 use solver::component::{Component, Members, split};
 use solver::formulation::Formulation;
-use solver::kernel::Spatial;
-use solver::kernel::math::{Quat, Vec3};
 use solver::topology::Topology;
 
 use crate::DatasetError;

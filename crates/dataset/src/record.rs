@@ -8,11 +8,11 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use graph::{Normal, Norms, corrections, planar_normal};
+use kernels::Spatial;
 use rod::{Body, Model, State};
 use scene::Scene;
 use solver::component::{Component, Members, split};
 use solver::guess::InitialGuess;
-use solver::kernel::Spatial;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 use solver::step::Status;

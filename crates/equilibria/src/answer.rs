@@ -1,7 +1,7 @@
 //! What is answered.
 
+use kernels::math::Vec3;
 use nalgebra::{UnitQuaternion, Vector3};
-use solver::kernel::math::Vec3;
 
 use crate::query::Query;
 use crate::scaled::{Cut, Scaled, set};

@@ -1,8 +1,8 @@
 //! A cable between two grips, or in one, as [`crate::batch`] solves it.
 
+use kernels::lane::Real;
+use kernels::math::Vec3;
 use nalgebra::{UnitQuaternion, Vector3};
-use solver::kernel::lane::Real;
-use solver::kernel::math::Vec3;
 
 use crate::answer::{Equilibrium, Finish};
 use crate::batch::{self, Params, ParamsError};

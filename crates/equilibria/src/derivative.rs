@@ -5,10 +5,10 @@
 
 use std::ops::Range;
 
+use kernels::dispatch::vectorized;
+use kernels::lane::{Lanes, Real};
+use kernels::math::{Quat, Vec3};
 use nalgebra::Vector3;
-use solver::kernel::dispatch::vectorized;
-use solver::kernel::lane::{Lanes, Real};
-use solver::kernel::math::{Quat, Vec3};
 
 use crate::answer::Equilibrium;
 use crate::joint::{Bend, on_both_sides};

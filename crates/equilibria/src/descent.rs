@@ -1,8 +1,8 @@
 //! Newton's method, eight queries side by side: a lane that is done takes the next one.
 
+use kernels::dispatch::vectorized;
+use kernels::lane::{Lanes, Real};
 use nalgebra::{UnitQuaternion, Vector3};
-use solver::kernel::dispatch::vectorized;
-use solver::kernel::lane::{Lanes, Real};
 
 use crate::problem::{Problem, Solved};
 use crate::scaled::{Cut, get, set};

@@ -10,8 +10,8 @@
 // Rows and columns are numbered as in the formulas.
 #![allow(clippy::needless_range_loop)]
 
-use solver::kernel::lane::Real;
-use solver::kernel::math::{Quat, Vec3};
+use kernels::lane::Real;
+use kernels::math::{Quat, Vec3};
 
 /// A joint's energy, its gradient and its Hessian by the turns of its two sides.
 pub(crate) struct Bend<T> {

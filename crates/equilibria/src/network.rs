@@ -1,8 +1,8 @@
 //! A small perceptron: its weights, their file, and its evaluation in vector registers.
 
 use export::Tensor;
+use kernels::dispatch::vectorized;
 use safetensors::{Dtype, SafeTensors};
-use solver::kernel::dispatch::vectorized;
 use thiserror::Error;
 
 /// Outputs of a layer that are summed side by side.

@@ -1,8 +1,8 @@
 //! A query in units of its cable's length L and larger bending stiffness B: lengths in L, moments in B / L, forces in B / L^2.
 
+use kernels::lane::Real;
+use kernels::math::{Quat, Vec3};
 use nalgebra::{UnitQuaternion, Vector3};
-use solver::kernel::lane::Real;
-use solver::kernel::math::{Quat, Vec3};
 
 use crate::query::Query;
 use crate::sweep::Chain;

@@ -10,12 +10,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
+use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{Model, State};
 use serde::{Deserialize, Serialize};
 use solver::component::{Component, Members};
 use solver::guess::InitialGuess;
-use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;

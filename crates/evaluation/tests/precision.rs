@@ -164,8 +164,8 @@ fn predictions_in_the_place_of_solves_are_a_way() {
             &mut self,
             _: &solver::component::Component<f64>,
             _: usize,
-            _: &mut [solver::kernel::Spatial<f64>],
-            _: &mut [solver::kernel::Spatial<f64>],
+            _: &mut [kernels::Spatial<f64>],
+            _: &mut [kernels::Spatial<f64>],
         ) {
         }
     }

@@ -15,10 +15,10 @@
 //! [`Features`] holds the memory; filling allocates nothing. Inputs are neither whitened nor clipped here: see
 //! [`crate::Whitening`].
 
+use kernels::Spatial;
+use kernels::dispatch::vectorized;
+use kernels::math::Vec3;
 use solver::component::Component;
-use solver::kernel::Spatial;
-use solver::kernel::dispatch::vectorized;
-use solver::kernel::math::Vec3;
 
 use crate::particular::Particular;
 use crate::{Channel, Graph, put};

@@ -18,9 +18,9 @@
 //! multipliers in the sender's frame, in m n s l^2, as in [`crate::body_frame`]. The map is affine: [`Semi::adjoint`]
 //! takes gradients back through it.
 
+use kernels::Spatial;
+use kernels::math::Vec3;
 use solver::component::Component;
-use solver::kernel::Spatial;
-use solver::kernel::math::Vec3;
 use solver::system::System;
 
 use crate::body_frame::Features;

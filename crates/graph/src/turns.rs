@@ -6,9 +6,9 @@
 //! polynomial's last error (root mean square over the nodes), so that they are of order 1 at any time step and stiffness;
 //! without a history, in units of s / l ([`crate::body_frame`]).
 
+use kernels::dispatch::vectorized;
+use kernels::math::Vec3;
 use solver::component::Component;
-use solver::kernel::dispatch::vectorized;
-use solver::kernel::math::Vec3;
 use solver::snapshot::Tape;
 
 use crate::{Channel, Graph, put};

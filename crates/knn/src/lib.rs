@@ -22,9 +22,9 @@ use std::sync::Arc;
 
 use dataset::{Dataset, PaperBatch, Split};
 use graph::{Channel, Graph, Normal, Norms, Whitening, paper, project_to_plane};
+use kernels::Spatial;
 use solver::component::Component;
 use solver::guess::InitialGuess;
-use solver::kernel::Spatial;
 use solver::projection::Projection;
 
 use tree::{Nearest, Tree};

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use dataset::{Config, Dataset, Scenario, Split, generate};
 use graph::Graph;
+use kernels::Spatial;
 use knn::{Knn, KnnGuess, Params};
 use rod::Model;
 use solver::component::Members;
 use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
-use solver::kernel::Spatial;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
 use solver::simulation::{Settings, Simulation};

@@ -7,12 +7,12 @@ mod rival;
 use std::sync::Arc;
 use std::time::Instant;
 
+use kernels::dispatch::vectorized;
 use nalgebra::Vector3;
 use rival::Rival;
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use solver::component::{Component, split};
 use solver::formulation::Formulation;
-use solver::kernel::dispatch::vectorized;
 use solver::linear::LinearSolver;
 use solver::linear::cg::CgParams;
 use solver::linear::direct::Direct;

@@ -8,7 +8,7 @@
 //!
 //! From the bottom up:
 //!
-//! - `kernel`: arithmetic on one rod or on several at once. `topology`, `system`: who is joined to whom, and the linear
+//! - `kernel`: blocks of a joint, on the arithmetic of [`kernels`]. `topology`, `system`: who is joined to whom, and the linear
 //!   system of an outer iteration. `linear`: its solvers.
 //! - `component`: the state of a connected set of segments (or of alike ones, one a lane), and each stage of Algorithm 1 on
 //!   it. `guess`, `start`: where a step and its solves begin.
@@ -33,7 +33,7 @@ pub mod formulation;
 mod group;
 pub mod guess;
 pub mod integrator;
-pub mod kernel;
+mod kernel;
 mod limits;
 pub mod linear;
 mod lockstep;

@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 use acceptance::{Beam, assert_order, end_of, relaxed, run, tight};
+use kernels::Spatial;
+use kernels::math::Vec3;
 use nalgebra::{Rotation3, Vector3};
 use rod::{Assembly, Body, Joint, Model, RodSpec, State, measure, shape};
 use solver::component::{Component, split};
 use solver::formulation::Formulation;
-use solver::kernel::Spatial;
-use solver::kernel::math::Vec3;
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::Settings;

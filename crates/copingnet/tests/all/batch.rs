@@ -4,7 +4,7 @@ use crate::moving::{KINDS, Prepared, apart, in_motion, prepared};
 use burn::tensor::Tensor;
 use copingnet::{Backend, GraphTensors, Inputs, Network};
 use graph::Batch;
-use solver::kernel::Spatial;
+use kernels::Spatial;
 
 #[test]
 fn a_batch_in_burn_gives_what_guesses_give_one_by_one() {

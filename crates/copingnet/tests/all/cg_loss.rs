@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use copingnet::CgLoss;
+use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{Assembly, Material, RodSpec, shape};
 use solver::component::{Component, Members, split};
 use solver::formulation::Formulation;
-use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::cg::CgParams;
 use solver::linear::direct::Direct;

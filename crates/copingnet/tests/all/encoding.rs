@@ -4,9 +4,9 @@ use crate::moving::scenes::{advance, moved, zeros};
 use crate::moving::{KINDS, Prepared, apart, in_motion, lying, numbers, prepared};
 use copingnet::{Head, Inputs};
 use graph::{Normal, corrections, planar_normal};
+use kernels::Spatial;
+use kernels::math::Vec3;
 use nalgebra::{UnitQuaternion, Vector3};
-use solver::kernel::Spatial;
-use solver::kernel::math::Vec3;
 
 #[test]
 fn rigid_motions_turn_predictions_along() {

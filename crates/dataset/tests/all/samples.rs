@@ -3,7 +3,7 @@
 use crate::common::{generated, small};
 use dataset::{Config, PaperBatch, Scenario, Split, shuffled};
 use graph::{Normal, Norms, corrections, paper};
-use solver::kernel::Spatial;
+use kernels::Spatial;
 use solver::linear::cg::CgParams;
 use solver::linear::direct::Direct;
 use solver::linear::precondition::PreconditionerKind;

@@ -1,7 +1,7 @@
 //! Many branched queries at once.
 
+use kernels::lane::Real;
 use nalgebra::{UnitQuaternion, Vector3};
-use solver::kernel::lane::Real;
 
 use super::answer::{BranchedAnswer, BranchedEquilibrium};
 use super::query::{ARMS, BranchedError, BranchedQuery};

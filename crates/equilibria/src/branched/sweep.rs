@@ -17,9 +17,9 @@
 // Rows and columns are numbered as in the formulas.
 #![allow(clippy::needless_range_loop)]
 
+use kernels::lane::Real;
+use kernels::math::{Quat, Vec3};
 use nalgebra::UnitQuaternion;
-use solver::kernel::lane::Real;
-use solver::kernel::math::{Quat, Vec3};
 
 use super::query::{ARMS, directions};
 use super::star::{Junction, Star};

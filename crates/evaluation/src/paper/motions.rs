@@ -148,8 +148,8 @@ pub fn last_nrmse(traces: &[&Trace]) -> Option<Spread> {
 
 #[cfg(test)]
 mod tests {
+    use kernels::Spatial;
     use solver::component::{Component, Members};
-    use solver::kernel::Spatial;
     use solver::projection::Projection;
     use solver::step::StepParams;
     use solver::topology::Topology;

@@ -3,9 +3,9 @@
 use crate::common::{component, helix, rod, tree, zeros};
 use graph::paper::{self, fill_changing_nodes, fill_constant_nodes, fill_edges, normalized_modulus};
 use graph::{Batch, Norms, corrections};
+use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{Assembly, Material, RodSpec, shape};
-use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::direct::Direct;
 

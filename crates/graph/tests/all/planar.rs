@@ -2,9 +2,9 @@
 
 use crate::common::{advance, component, rod};
 use graph::{corrections, planar_normal, project_to_plane};
+use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{Air, Gusts, Wind};
-use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::direct::Direct;
 

@@ -4,10 +4,10 @@ use crate::common::{advance, component, helix, rod, tree, zeros};
 use graph::body_frame::{EDGE_CHANGING, Features, NODE_CHANGING};
 use graph::semi::{self, Semi};
 use graph::{Graph, corrections};
+use kernels::Spatial;
 use rod::{Model, State};
 use solver::component::Component;
 use solver::formulation::Formulation;
-use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::direct::Direct;
 
@@ -87,7 +87,7 @@ fn any_outputs_meet_the_stretch_rows() {
         corrections(&component, &dlambda, &mut dp);
         for (i, (dp, node)) in dp.iter_mut().zip(graph.nodes()).enumerate() {
             let own = [0, 1, 2].map(|k: usize| f64::from(nodes[3 * i + k]) * scale / node.rod_scale[1]);
-            let turn = component.poses[i].q.rotate(solver::kernel::math::Vec3(own));
+            let turn = component.poses[i].q.rotate(kernels::math::Vec3(own));
             dp.angular = if node.free[0] { turn } else { Spatial::zero().angular };
         }
         for (k, terms) in component.system.joints.iter().enumerate() {

@@ -5,12 +5,12 @@ use std::sync::{Arc, Mutex};
 use crate::common::{component, helix, rod, tree};
 use graph::Lift;
 use graph::turns::{NODE_HISTORY, NODE_OUTPUT, Turns};
+use kernels::Spatial;
+use kernels::math::Vec3;
 use rod::{Model, State};
 use solver::component::{BodyPose, Component};
 use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
-use solver::kernel::Spatial;
-use solver::kernel::math::Vec3;
 use solver::simulation::{Settings, Simulation};
 use solver::step::StepParams;
 

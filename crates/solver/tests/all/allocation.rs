@@ -1,13 +1,13 @@
 //! Nothing is allocated once solvers and guesses are set up.
 
 use crate::common::*;
+use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{Air, Assembly, Gusts, Material, Model, RodSpec, Wind, shape};
 use solver::component::Members;
 use solver::derivative::{Recording, StateVariation, Wanted};
 use solver::formulation::{Formulation, Tangent};
 use solver::guess::GuessKind;
-use solver::kernel::Spatial;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;

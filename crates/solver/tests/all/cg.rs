@@ -1,12 +1,12 @@
 //! Conjugate gradients and their preconditioners against dense algebra, and iteration counts as snapshots.
 
 use crate::common::*;
+use kernels::Spatial;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use solver::component::{Component, Members};
 use solver::formulation::Formulation;
-use solver::kernel::Spatial;
 use solver::linear::cg::CgParams;
 use solver::linear::operator::Operator;
 use solver::linear::precondition::{Frozen, Preconditioner, PreconditionerKind};

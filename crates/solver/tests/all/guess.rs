@@ -1,13 +1,13 @@
 //! Guesses inside and outside of the simulation.
 
 use crate::common::*;
+use kernels::Spatial;
+use kernels::math::Vec3;
 use rod::{Model, State};
 use solver::component::{BodyPose, Component, Members};
 use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::{Fischer, GuessKind, InitialGuess};
-use solver::kernel::Spatial;
-use solver::kernel::math::Vec3;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
@@ -26,15 +26,15 @@ fn started(guess: &mut dyn InitialGuess, component: &Component<f64>, iteration: 
 
 /// Rotates a solved component about the vertical: positions do not matter to A, orientations do.
 fn turned(component: &Component<f64>, angle: f64) -> Component<f64> {
-    let turn = solver::kernel::math::Quat { v: Vec3([0.0, 0.0, (0.5 * angle).sin()]), w: (0.5 * angle).cos() };
+    let turn = kernels::math::Quat { v: Vec3([0.0, 0.0, (0.5 * angle).sin()]), w: (0.5 * angle).cos() };
     let mut out = component.clone();
     for body in &mut out.system.bodies {
         body.orientation = (turn * body.orientation).normalized();
         body.axis = body.orientation.axis();
         let w = body.inverse_inertia.full().map(|row| turn.rotate(Vec3(row)));
-        let columns = solver::kernel::math::transposed(w.map(|row| row.0)).map(|column| turn.rotate(Vec3(column)).0);
+        let columns = kernels::math::transposed(w.map(|row| row.0)).map(|column| turn.rotate(Vec3(column)).0);
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = columns;
-        body.inverse_inertia = solver::kernel::math::Sym3([xx, yy, zz, xy, xz, yz]);
+        body.inverse_inertia = kernels::math::Sym3([xx, yy, zz, xy, xz, yz]);
     }
     for (joint, x) in out.system.joints.iter_mut().zip(&mut out.dlambda) {
         joint.t = turn.rotate(joint.t);

@@ -2,10 +2,10 @@
 //! lane to lane.
 
 use crate::common::*;
+use kernels::Spatial;
 use nalgebra::{DVector, Vector3};
 use rod::{Assembly, InnerDamping, Model, RestShape, RodSpec, Section, Springs, State, Stretch, shape};
 use solver::formulation::Formulation;
-use solver::kernel::Spatial;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::common::{GRAVITY, integrated, material, settings};
+use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{
     Assembly, Body, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Reaction, RodSpec, State, shape,
@@ -10,7 +11,6 @@ use rod::{
 use solver::component::{Component, Members};
 use solver::formulation::Formulation;
 use solver::integrator::Integrator;
-use solver::kernel::Spatial;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
 use solver::simulation::{Settings, Simulation, SimulationError};

@@ -1,11 +1,11 @@
 //! Bodies that overlap at the start: refused with names and depth, or let out at a bounded speed.
 
 use collision::closest;
+use kernels::Spatial;
 use nalgebra::{Unit, Vector3};
 use rod::{Assembly, Material, Model, Obstacle, ObstacleShape, RodSpec, State, Stretch, Surface, measure, shape};
 use solver::component::{Component, Members};
 use solver::formulation::{ContactProjection, Formulation};
-use solver::kernel::Spatial;
 use solver::projection::Projection;
 use solver::simulation::{ContactParams, Overlap, Overlapped, Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};

@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use crate::common::{GRAVITY, material, settings, ways};
+use kernels::Spatial;
+use kernels::math::Vec3;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{Assembly, Friction, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
 use solver::component::{BodyPose, Component, Members};
 use solver::formulation::{ContactProjection, Formulation};
 use solver::guess::{GuessKind, InitialGuess};
-use solver::kernel::Spatial;
-use solver::kernel::math::Vec3;
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;

@@ -1,10 +1,10 @@
 //! Predictions in the place of the constraint projection.
 
 use crate::common::*;
+use kernels::Spatial;
 use rod::{Model, State};
 use solver::component::{Component, Members};
 use solver::formulation::{ContactProjection, Formulation};
-use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;

@@ -6,11 +6,11 @@ pub mod scenes;
 
 use copingnet::{Encoder, Encoding, Features, GnGuess, Head, Inputs, NetworkConfig, Trained, Weights};
 use graph::{Channel, Normal, Norms, Whitening, corrections, planar_normal};
+use kernels::Spatial;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use scenes::{advance, component, helix, moved, rod, tree, zeros};
 use solver::component::Component;
-use solver::kernel::Spatial;
 use solver::linear::LinearSolver;
 use solver::linear::direct::Direct;
 

@@ -4,11 +4,11 @@
 use std::sync::Arc;
 
 use graph::{Graph, body_frame};
+use kernels::Spatial;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use solver::component::{Component, Members, split};
 use solver::formulation::Formulation;
-use solver::kernel::Spatial;
 use solver::simulation::{Settings, Simulation};
 use solver::step::StepParams;
 

@@ -1,14 +1,14 @@
 //! Systems to test linear solvers on, and a dense oracle that shares nothing with them but the parts of the matrix.
 #![allow(dead_code, missing_docs, unreachable_pub)]
 
+use kernels::Spatial;
+use kernels::math::{Quat, Sym3, Vec3};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use solver::component::{Component, Members, split};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::integrator::Integrator;
-use solver::kernel::Spatial;
-use solver::kernel::math::{Quat, Sym3, Vec3};
 use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};

@@ -3,7 +3,7 @@
 //! All kernels are written once, over [`Real`]. Lanes never mix, and products and sums are rounded one by one (no fused
 //! multiply-add), so that a rod's bits do not depend on the lanes beside it nor on the machine's vector width.
 
-use super::dispatch::{in_lanes, vectorized};
+use crate::dispatch::{in_lanes, vectorized};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A real number or a small vector of them, with lane-wise arithmetic.

@@ -5,7 +5,7 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use super::lane::Real;
+use crate::lane::Real;
 
 /// A value with its derivatives along `D` directions, to first order. It has one lane.
 ///
@@ -171,7 +171,7 @@ impl<const D: usize> Real for Dual<D> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::*;
 
     /// Every operation against central differences.
     #[test]

@@ -2,8 +2,8 @@
 
 use std::ops::Neg;
 
-use super::lane::{Both, Real};
-use super::math::Vec3;
+use crate::lane::{Both, Real};
+use crate::math::Vec3;
 
 /// A linear and an angular part: of a body's velocity, wrench or correction (dx, dphi), in world axes unless said
 /// otherwise; of a joint's rows or multipliers, where `linear` is stretch-shear (world axes) and `angular` is bend-twist

@@ -3,7 +3,7 @@
 //! A loop over lanes, each of them eight numbers, is compiled to one that gathers a number of each of eight lanes; one over numbers is not.
 #![allow(unsafe_code)]
 
-use super::lane::Lanes;
+use crate::lane::Lanes;
 
 /// Numbers of a chunk.
 const LANES: usize = 8;
@@ -12,7 +12,7 @@ const _: () = assert!(size_of::<Lanes<LANES>>() == LANES * size_of::<f64>());
 
 /// The numbers of some chunks, one chunk after the other.
 #[inline(always)]
-pub(crate) fn flat(chunks: &[Lanes<LANES>]) -> &[f64] {
+pub fn flat(chunks: &[Lanes<LANES>]) -> &[f64] {
     // SAFETY: each chunk is an array of so many numbers and nothing else, as its size says (above), so that a slice of chunks is so
     // many times as many numbers side by side; they are borrowed as the slice is.
     unsafe { std::slice::from_raw_parts(chunks.as_ptr().cast(), LANES * chunks.len()) }
@@ -20,14 +20,14 @@ pub(crate) fn flat(chunks: &[Lanes<LANES>]) -> &[f64] {
 
 /// The same, to be changed.
 #[inline(always)]
-pub(crate) fn flat_mut(chunks: &mut [Lanes<LANES>]) -> &mut [f64] {
+pub fn flat_mut(chunks: &mut [Lanes<LANES>]) -> &mut [f64] {
     // SAFETY: as above; any number may be in a chunk.
     unsafe { std::slice::from_raw_parts_mut(chunks.as_mut_ptr().cast(), LANES * chunks.len()) }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::*;
 
     #[test]
     fn numbers_are_those_of_the_chunks_in_turn() {

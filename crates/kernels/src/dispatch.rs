@@ -1,8 +1,8 @@
 //! Runtime dispatch: a kernel compiled for several instruction sets, of which the machine's best one runs.
 //!
 //! A kernel and all that it calls must be `#[inline(always)]`, or it runs with the baseline's instructions. Its bits do not
-//! depend on the choice: see [`super::lane`]. Each instruction set costs the code of the kernel once more, so dispatch is for
-//! kernels in which it is measured to matter: those over [`Lanes`](super::lane::Lanes), and few over `f64`.
+//! depend on the choice: see [`lane`](crate::lane). Each instruction set costs the code of the kernel once more, so dispatch is for
+//! kernels in which it is measured to matter: those over [`Lanes`](crate::lane::Lanes), and few over `f64`.
 
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
@@ -29,7 +29,7 @@ pub fn vectorized<R>(kernel: impl FnOnce() -> R) -> R {
 /// # Panics
 /// If the machine has no vector registers that pay for lanes: see [`has_lanes`].
 #[inline(always)]
-pub(crate) fn in_lanes<R>(kernel: impl FnOnce() -> R) -> R {
+pub fn in_lanes<R>(kernel: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
     match pulp::Arch::new() {
         pulp::Arch::V4(simd) => V4::vectorize(simd, Kernel(kernel)),
