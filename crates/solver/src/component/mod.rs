@@ -18,6 +18,8 @@ mod forces;
 mod hold;
 mod implicit;
 mod lanes;
+#[cfg(test)]
+mod linear_tests;
 mod loose;
 mod motion;
 mod multistep;
@@ -34,7 +36,7 @@ mod whole;
 
 use std::sync::Arc;
 
-use rod::{Body, Model, State};
+use rod::{Model, State};
 
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -47,6 +49,7 @@ pub(crate) use adjoint_joints::add_numbers;
 pub(crate) use begin::{Begin, BodyBar, Group, scatter};
 pub(crate) use derivative::{move_along, movement_along, slope_of};
 pub(crate) use hold::Change;
+pub use jointed::members::Members;
 pub(crate) use lanes::{copy_spatial, pick_pose, pick_spatial};
 pub(crate) use loose::has_loose;
 pub(crate) use motion::{LARGEST_TURN, in_kernel};
@@ -119,27 +122,6 @@ struct BodyLoad<T> {
     torque: Vec3<T>,
     /// Whether it turns the body.
     turns: bool,
-}
-
-/// Which segments and joints of a model form a component, by their indices there.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Members {
-    /// Segments, ascending.
-    pub segments: Vec<usize>,
-    /// Joints, ascending.
-    pub joints: Vec<usize>,
-    /// Anchors, ascending.
-    pub anchors: Vec<usize>,
-}
-
-impl Members {
-    /// The body of the component that is a body of the model; `None` where it belongs to another component.
-    pub(crate) fn body(&self, body: Body) -> Option<usize> {
-        match body {
-            Body::Segment(i) => self.segments.binary_search(&i).ok(),
-            Body::Anchor(i) => self.anchors.binary_search(&i).ok().map(|k| self.segments.len() + k),
-        }
-    }
 }
 
 /// Largest residuals over a component, in scaled units, a lane each.

@@ -15,11 +15,11 @@ use crate::component::BodyPose;
 use crate::connected_set::{ConnectedSet, Projector, Touch};
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
-use crate::kernel::transfer::{Row, Rows};
 use crate::limits::shares_contacts;
 use crate::linear::response::Response;
 use crate::linear::transfers::{self, Blocks, Side};
 use crate::team::pieces::Pieces;
+use jointed::transfer::{Row, Rows};
 
 /// Contacts of a set whose bodies form chains, above which these are split, and sides in a group then, at most. More of these: the matrix
 /// does not fit the processor's caches. Fewer: what goes from group to group takes longer than what it saves.

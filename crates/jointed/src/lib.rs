@@ -1,0 +1,18 @@
+//! Linear algebra of jointed bodies: the matrices of an outer iteration, and what solves with them.
+//!
+//! - [`topology`]: who is joined to whom, and the order of elimination. [`members`]: which parts of a model a set has.
+//! - [`system`]: `A dlambda = b` with `A = J M^-1 J^T + alpha~`, in parts (Kugelstadt et al. 2018).
+//! - [`linear`]: its solvers: block elimination along chains and trees, a sparse factor for graphs with loops, conjugate
+//!   gradients with preconditioners; and the compliance of what they factor, which contacts need.
+//! - [`tangent`]: Newton's matrix in full, bodies and joints eliminated together.
+//! - [`mod@block`], [`mod@transfer`]: 6 x 6 kernels of both.
+//!
+//! It knows matrices and connectivity only: no state, no step, no contact.
+
+pub mod block;
+pub mod linear;
+pub mod members;
+pub mod system;
+pub mod tangent;
+pub mod topology;
+pub mod transfer;
