@@ -1,0 +1,259 @@
+//! The structure of the sources: sizes of crates, and circles of imports between the files of a crate.
+//!
+//! An import leads from the file with a `use` to the file that defines the name: re-exports are followed. A circle is a strongly
+//! connected component of more than one file (Tarjan 1972). Tests inside files do not count.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Lines of sources that a crate may have.
+const LINES: usize = 12_000;
+
+/// Crates that are larger still, with what they may have at most. Entries only shrink.
+const LARGER: [(&str, usize); 1] = [("solver", 29_000)];
+
+/// Circles that are left, in files. Entries only shrink.
+const CIRCLES: [(&str, &[usize]); 0] = [];
+
+/// A crate's name and the folder of its sources.
+fn crates() -> Vec<(String, PathBuf)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let entries = fs::read_dir(root.join("crates")).expect("crates").map(|entry| entry.expect("an entry").path());
+    let mut crates: Vec<PathBuf> = entries.chain([root.join("train")]).filter(|path| path.join("src").is_dir()).collect();
+    crates.sort();
+    let named = |path: PathBuf| (path.file_name().expect("a name").to_string_lossy().into_owned(), path.join("src"));
+    crates.into_iter().map(named).collect()
+}
+
+/// Files of Rust below a folder.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        match path.extension() {
+            _ if path.is_dir() => found.extend(sources(&path)),
+            Some(extension) if extension == "rs" => found.push(path),
+            _ => {}
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The module of a file, as names from the crate's root.
+fn module(file: &Path, src: &Path) -> Vec<String> {
+    let below = file.strip_prefix(src).expect("below").with_extension("");
+    let mut names: Vec<String> = below.iter().map(|name| name.to_string_lossy().into_owned()).collect();
+    if names.last().is_some_and(|last| ["mod", "lib", "main"].contains(&last.as_str())) {
+        names.pop();
+    }
+    names
+}
+
+/// A text without comments, and without the modules of tests at its end.
+fn code(text: &str) -> String {
+    let end = text.find("#[cfg(test)]\nmod ").unwrap_or(text.len());
+    let without = |line: &str| line.split("//").next().unwrap_or_default().to_owned();
+    text[..end].lines().map(without).collect::<Vec<_>>().join("\n")
+}
+
+/// What a tree of names in a `use` names, each as a path.
+fn paths(tree: &str, before: &[String], out: &mut Vec<Vec<String>>) {
+    let tree = tree.trim();
+    if let Some(inner) = tree.strip_prefix('{').and_then(|rest| rest.strip_suffix('}')) {
+        let mut depth = 0;
+        let commas = |c: char| {
+            depth += i32::from(c == '{') - i32::from(c == '}');
+            c == ',' && depth == 0
+        };
+        for part in inner.split(commas).filter(|part| !part.trim().is_empty()) {
+            paths(part, before, out);
+        }
+        return;
+    }
+    let mut path = before.to_vec();
+    match tree.split_once("::") {
+        Some((first, rest)) => {
+            path.push(first.to_owned());
+            paths(rest, &path, out);
+        }
+        None => {
+            path.push(tree.split(" as ").next().unwrap_or_default().trim().to_owned());
+            out.push(path);
+        }
+    }
+}
+
+/// One file, as far as imports go.
+struct File {
+    module: Vec<String>,
+    /// What it imports, each as a path from the crate's root.
+    imports: Vec<Vec<String>>,
+    /// What it hands on under its own name, from where.
+    handed_on: BTreeMap<String, Vec<String>>,
+}
+
+impl File {
+    fn read(path: &Path, src: &Path) -> Self {
+        let module = module(path, src);
+        let text = code(&fs::read_to_string(path).expect("a source"));
+        let mut file = Self { module: module.clone(), imports: Vec::new(), handed_on: BTreeMap::new() };
+        for statement in text.split(';') {
+            let Some(at) = statement.rfind("use ").filter(|&at| at == 0 || statement.as_bytes()[at - 1].is_ascii_whitespace())
+            else {
+                continue;
+            };
+            let hands_on = statement[..at].lines().last().is_some_and(|line| line.trim_start().starts_with("pub"));
+            let mut all = Vec::new();
+            paths(&statement[at + 4..], &[], &mut all);
+            for path in all.iter().filter_map(|path| from_root(path, &module)) {
+                match path.split_last() {
+                    Some((name, _)) if hands_on => drop(file.handed_on.insert(name.clone(), path)),
+                    _ => file.imports.push(path),
+                }
+            }
+        }
+        file
+    }
+}
+
+/// A path of a module as one from the crate's root; `None` for one that leads to another crate.
+fn from_root(path: &[String], module: &[String]) -> Option<Vec<String>> {
+    let mut here = module.to_vec();
+    let mut rest = path;
+    match path.first()?.as_str() {
+        "crate" => (here, rest) = (Vec::new(), &path[1..]),
+        "self" => rest = &path[1..],
+        "super" => {
+            while rest.first().is_some_and(|name| name == "super") {
+                here.pop();
+                rest = &rest[1..];
+            }
+        }
+        // A child's name, or another crate's: the former is found among the files.
+        _ => {}
+    }
+    here.extend(rest.iter().filter(|name| *name != "self").cloned());
+    Some(here)
+}
+
+/// The file that defines what a path names.
+fn definition(path: &[String], files: &[File]) -> Option<usize> {
+    let mut path = path.to_vec();
+    // Names are handed on a few times at most.
+    for _ in 0..8 {
+        let of = |names: &[String]| files.iter().position(|file| file.module == names);
+        let (length, file) = (0..=path.len()).rev().find_map(|length| Some((length, of(&path[..length])?)))?;
+        // The root alone says nothing: the path may lead to another crate.
+        let next = path.get(length).and_then(|name| files[file].handed_on.get(name));
+        match next {
+            Some(next) => path = next.iter().chain(&path[length + 1..]).cloned().collect(),
+            None => return (length > 0 || path.len() == 1).then_some(file),
+        }
+    }
+    None
+}
+
+/// Strongly connected components of more than one node (Tarjan 1972).
+struct Components<'a> {
+    edges: &'a [BTreeSet<usize>],
+    order: Vec<Option<usize>>,
+    low: Vec<usize>,
+    stack: Vec<usize>,
+    found: Vec<Vec<usize>>,
+}
+
+impl<'a> Components<'a> {
+    fn of(edges: &'a [BTreeSet<usize>]) -> Vec<Vec<usize>> {
+        let count = edges.len();
+        let mut all = Self { edges, order: vec![None; count], low: vec![0; count], stack: vec![], found: vec![] };
+        let mut visited = 0;
+        for node in 0..count {
+            if all.order[node].is_none() {
+                all.visit(node, &mut visited);
+            }
+        }
+        all.found
+    }
+
+    fn visit(&mut self, node: usize, visited: &mut usize) {
+        self.order[node] = Some(*visited);
+        self.low[node] = *visited;
+        *visited += 1;
+        self.stack.push(node);
+        for &next in &self.edges[node] {
+            match self.order[next] {
+                None => {
+                    self.visit(next, visited);
+                    self.low[node] = self.low[node].min(self.low[next]);
+                }
+                Some(order) if self.stack.contains(&next) => self.low[node] = self.low[node].min(order),
+                Some(_) => {}
+            }
+        }
+        if Some(self.low[node]) == self.order[node] {
+            let at = self.stack.iter().position(|&other| other == node).expect("on the stack");
+            let component = self.stack.split_off(at);
+            if component.len() > 1 {
+                self.found.push(component);
+            }
+        }
+    }
+}
+
+/// Circles of imports in a crate, each as the modules of its files.
+fn circles(src: &Path) -> Vec<Vec<String>> {
+    let files: Vec<File> = sources(src).iter().map(|path| File::read(path, src)).collect();
+    let edges: Vec<BTreeSet<usize>> = files
+        .iter()
+        .enumerate()
+        .map(|(own, file)| {
+            let ends = file.imports.iter().filter_map(|path| definition(path, &files));
+            ends.filter(|&end| end != own).collect()
+        })
+        .collect();
+    let named = |component: Vec<usize>| {
+        let mut names: Vec<String> = component.into_iter().map(|file| files[file].module.join("::")).collect();
+        names.sort();
+        names
+    };
+    Components::of(&edges).into_iter().map(named).collect()
+}
+
+#[test]
+fn crates_are_small() {
+    for (name, src) in crates() {
+        let lines = |path: &PathBuf| fs::read_to_string(path).expect("a source").lines().count();
+        let total: usize = sources(&src).iter().map(lines).sum();
+        let most = LARGER.iter().find(|(own, _)| *own == name).map_or(LINES, |&(_, most)| most);
+        assert!(total <= most, "{name} has {total} lines of sources; at most {most} are allowed");
+    }
+}
+
+#[test]
+fn imports_form_no_new_circles() {
+    for (name, src) in crates() {
+        let found = circles(&src);
+        let mut sizes: Vec<usize> = found.iter().map(Vec::len).collect();
+        sizes.sort_unstable();
+        let allowed = CIRCLES.iter().find(|(own, _)| *own == name).map_or(&[][..], |&(_, sizes)| sizes);
+        assert!(sizes == allowed, "{name}: imports form circles of {sizes:?} files, where {allowed:?} are known: {found:#?}");
+    }
+}
+
+/// The reading of imports finds the circle of a small crate, and follows what is handed on.
+#[test]
+fn a_circle_is_found() {
+    let place = std::env::temp_dir().join(format!("structure-{}", std::process::id()));
+    fs::create_dir_all(place.join("b")).expect("a folder");
+    let write = |name: &str, text: &str| fs::write(place.join(name), text).expect("a file");
+    write("lib.rs", "mod a;\nmod b;\nmod c;\npub use a::A;\n");
+    write("a.rs", "use crate::b::{\n    Deep,\n    Other as Another, // a comment: use crate::c::C;\n};\npub struct A;\n");
+    write("b.rs", "pub mod deep;\npub use deep::Deep;\npub struct Other;\n");
+    write("b/deep.rs", "use super::super::A;\npub struct Deep;\n");
+    write("c.rs", "use crate::A;\n#[cfg(test)]\nmod tests {\n    use crate::b::Deep;\n}\n");
+    let found = circles(&place);
+    fs::remove_dir_all(&place).expect("removed");
+    assert_eq!(found, [["a", "b::deep"]]);
+}
