@@ -16,6 +16,7 @@ mod glb;
 mod obj;
 mod probes;
 mod solids;
+mod usda;
 mod vtp;
 
 pub use envelope::Envelope;
@@ -35,9 +36,12 @@ pub enum Format {
     Csv,
     /// Anything with lines: `obj/` with one file a frame, of polylines and of meshes of rigid bodies and obstacles.
     Obj,
+    /// Blender, Houdini, Omniverse and other programs that read OpenUSD: `run.usda`, curves with widths for rods, meshes of rigid
+    /// bodies and obstacles, and the motion of all as time samples.
+    Usda,
 }
 
-names!(Format { Vtp = "vtp", Glb = "glb", Csv = "csv", Obj = "obj" });
+names!(Format { Vtp = "vtp", Glb = "glb", Csv = "csv", Obj = "obj", Usda = "usda" });
 
 impl Format {
     /// What [`write_format`] makes of a run of `model`: names of files, and of folders of frames with a slash at the end.
@@ -52,6 +56,7 @@ impl Format {
                 (!obstacles.is_empty()).then_some(csv::OBSTACLES_FILE),
             ),
             Format::Obj => (&["obj/"], None),
+            Format::Usda => (&[usda::FILE], None),
         };
         files.iter().copied().chain(more).collect()
     }
@@ -84,6 +89,7 @@ pub fn write_format(
         Format::Glb => glb::write(directory, trajectory, model, names),
         Format::Csv => csv::write(directory, trajectory, model, names),
         Format::Obj => obj::write(directory, trajectory, model, names),
+        Format::Usda => usda::write(directory, trajectory, model, names),
     }
 }
 

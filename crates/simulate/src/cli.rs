@@ -211,7 +211,7 @@ pub(crate) struct RunArgs {
     /// killed, --from FOLDER goes on from the last one.
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) snapshot_every: Option<f64>,
-    /// Write files for other programs: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets), obj.
+    /// Write files for other programs: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets), obj, usda (OpenUSD).
     #[arg(long, value_delimiter = ',', value_name = "FORMATS")]
     pub(crate) export: Vec<Format>,
     /// Write the files to this folder: those that --trajectory, --view, --plot, --export, --contact-forces, --envelope and
@@ -326,7 +326,7 @@ pub(crate) struct ExportArgs {
     /// Folder of a run, such as out/helix; the files are written there.
     #[arg(value_name = "FOLDER")]
     pub(crate) folder: PathBuf,
-    /// Which files: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets), obj. Forces of joints are in them if the run
+    /// Which files: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets), obj, usda (OpenUSD). Forces of joints are in them if the run
     /// has kept them, as one with --export does.
     #[arg(long, value_delimiter = ',', value_name = "FORMATS", required = true)]
     pub(crate) export: Vec<Format>,
@@ -397,7 +397,7 @@ pub(crate) struct StaticArgs {
     /// Write pictures (SVG): the shapes, energy, length.
     #[arg(long)]
     pub(crate) plot: bool,
-    /// Write files for other programs: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets; reactions.csv among them), obj.
+    /// Write files for other programs: vtp (ParaView), glb (glTF, for Blender), csv (spreadsheets; reactions.csv among them), obj, usda (OpenUSD).
     #[arg(long, value_delimiter = ',', value_name = "FORMATS")]
     pub(crate) export: Vec<Format>,
     /// Write the files to this folder: what --view, --plot and --export ask for, trajectory.safetensors (the start at time 0 and

@@ -50,7 +50,7 @@ fn names_are_read_as_written() {
     for format in Format::ALL {
         assert_eq!(format.to_string().parse(), Ok(format));
     }
-    assert_eq!("gltf".parse::<Format>(), Err("expected one of vtp, glb, csv, obj".to_owned()));
+    assert_eq!("gltf".parse::<Format>(), Err("expected one of vtp, glb, csv, obj, usda".to_owned()));
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn the_directory_is_made_and_an_earlier_export_replaced() {
     let names: Vec<_> = content(&fresh).into_iter().map(|(name, _)| name).collect();
     assert_eq!(
         names.join(" "),
-        "joints.csv obj/ obj/frame_0000.obj obj/frame_0001.obj reactions.csv run.glb run.pvd segments.csv vtp/ vtp/frame_0000.vtp \
+        "joints.csv obj/ obj/frame_0000.obj obj/frame_0001.obj reactions.csv run.glb run.pvd run.usda segments.csv vtp/ vtp/frame_0000.vtp \
          vtp/frame_0001.vtp"
     );
 }
@@ -142,6 +142,9 @@ fn nothing_to_show_is_no_glb_and_else_an_empty_export() {
     let error = write_format(Format::Glb, directory.path(), &mut reader, model).unwrap_err().to_string();
     assert_eq!(error, "glb cannot hold this: 0 frames of 5 segments, but there must be at least one of both");
     assert_eq!(content(directory.path()).len(), 1);
+    let error = write_format(Format::Usda, directory.path(), &mut reader, model).unwrap_err().to_string();
+    assert_eq!(error, "usda cannot hold this: it has no frame");
+    assert_eq!(content(directory.path()).len(), 1);
     for format in [Format::Vtp, Format::Csv, Format::Obj] {
         write_format(format, directory.path(), &mut reader, model).unwrap();
     }
@@ -149,7 +152,7 @@ fn nothing_to_show_is_no_glb_and_else_an_empty_export() {
     let (directory, mut reader, model) = recorded(&of_nothing);
     let error = write_format(Format::Glb, directory.path(), &mut reader, model).unwrap_err().to_string();
     assert_eq!(error, "glb cannot hold this: 1 frames of 0 segments, but there must be at least one of both");
-    for format in [Format::Vtp, Format::Csv, Format::Obj] {
+    for format in [Format::Vtp, Format::Csv, Format::Obj, Format::Usda] {
         write_format(format, directory.path(), &mut reader, model).unwrap();
     }
 }
@@ -212,7 +215,7 @@ fn what_the_disk_does_not_take_leaves_the_earlier_export() {
 fn export_within_limits(directory: &Path) {
     let run = straight_of(SEGMENTS, 1);
     let mut reader = TrajectoryReader::open(&directory.join("trajectory.safetensors")).unwrap();
-    let large = ["vtp/frame_0000.vtp", "run.glb", "segments.csv", "obj/frame_0000.obj"];
+    let large = ["vtp/frame_0000.vtp", "run.glb", "segments.csv", "obj/frame_0000.obj", "run.usda"];
     for (format, name) in Format::ALL.into_iter().zip(large) {
         let error = write_format(format, directory, &mut reader, &run.model).unwrap_err();
         let path = directory.join(name);

@@ -7,4 +7,5 @@ mod lines;
 mod obstacles;
 mod runs;
 mod tables;
+mod usda;
 mod vtp;

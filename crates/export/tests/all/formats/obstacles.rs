@@ -15,7 +15,7 @@ use super::bodies::poly_data;
 use super::runs::{Run, straight};
 
 /// A rod among a plane, a sphere, a capsule and a box that move, and a sphere and a cylinder that do not.
-fn among_obstacles() -> Run {
+pub(super) fn among_obstacles() -> Run {
     let mut run = straight(4);
     let shapes = [
         ObstacleShape::HalfSpace {
@@ -45,7 +45,7 @@ fn among_obstacles() -> Run {
 }
 
 /// How far a place is from the surface of an obstacle at a time [m].
-fn off(obstacle: &Obstacle, time: f64, place: &Vector3<f64>) -> f64 {
+pub(super) fn off(obstacle: &Obstacle, time: f64, place: &Vector3<f64>) -> f64 {
     match obstacle.shape_at(time) {
         ObstacleShape::HalfSpace { point, normal } => normal.dot(&(place - point)).abs(),
         ObstacleShape::Box { pose, sides } => {
