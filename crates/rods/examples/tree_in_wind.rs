@@ -50,8 +50,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 #[test]
 fn the_wind_pushes_the_top_along_with_it() -> Result<(), Box<dyn Error>> {
     let pushed = sway()?;
-    let (least, most) =
-        (pushed[24..].iter().copied().fold(f64::MAX, f64::min), pushed.iter().copied().fold(0.0, f64::max));
-    assert!(least > 0.01 && most < 4.0, "{least} to {most} m");
+    // It sways about where the mean wind holds it.
+    let mean = pushed.iter().sum::<f64>() / pushed.len() as f64;
+    let most = pushed.iter().copied().fold(0.0, f64::max);
+    assert!(mean > 0.05 && most > mean && most < 1.0, "{mean} m in the mean, {most} m at most");
     Ok(())
 }
