@@ -11,13 +11,18 @@ use crate::error::{AT_MOST, LARGEST, Result, Source};
 /// The text of the file that a scene names, from the scene's own folder on, and its path for errors.
 pub(crate) fn text(source: &Source, name: &Spanned<String>) -> Result<(String, String)> {
     let (path, file) = place(source, name, "a CSV file")?;
-    let bytes = match std::fs::read(&path) {
-        Ok(bytes) => bytes,
-        Err(source) => return Err(SceneError::Read { file, source }),
-    };
+    match std::fs::read(&path) {
+        Ok(bytes) => Ok((utf_8(bytes, &file)?, file)),
+        Err(source) => Err(SceneError::Read { file, source }),
+    }
+}
+
+/// The text of a file, whose name stands in errors.
+pub(crate) fn utf_8(bytes: Vec<u8>, file: &str) -> Result<String> {
     match String::from_utf8(bytes) {
-        Ok(text) => Ok((text, file)),
+        Ok(text) => Ok(text),
         Err(error) => {
+            let file = file.to_owned();
             let valid = error.utf8_error().valid_up_to();
             let line = 1 + error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count();
             Err(SceneError::Invalid { file, line, message: "this is no CSV file: its text must be UTF-8".to_owned() })

@@ -1,13 +1,14 @@
-//! From a curve in a CSV file to its nodes.
+//! From a curve in a file to its nodes.
 
 use nalgebra::Vector3;
 use rod::shape;
+use toml::Spanned;
 
-use crate::MAX_SEGMENTS;
 use crate::columns::{self, Table};
 use crate::error::{Result, Source};
 use crate::format::{Between, Curve};
 use crate::refine::Refinement;
+use crate::{MAX_SEGMENTS, SceneError, usd};
 
 /// Columns of a table, by the unit of length that they are in, and that unit [m].
 const COLUMNS: [(&[&str], f64); 3] =
@@ -49,9 +50,30 @@ impl Curve {
         if let Some(points) = self.points.get() {
             return Ok(points);
         }
-        let read = columns::text(source, &self.file).and_then(|(text, file)| read(&text, &file, self.closed));
-        let points = source.of_file(self.file.span(), read)?;
+        let points = source.of_file(self.file.span(), self.read(source))?;
         Ok(self.points.get_or_init(|| points))
+    }
+
+    /// The same, from the file itself.
+    fn read(&self, source: &Source) -> Result<Vec<Vector3<f64>>> {
+        let (path, file) = columns::place(source, &self.file, "a CSV or USD file")?;
+        let bytes = std::fs::read(&path).map_err(|error| SceneError::Read { file: file.clone(), source: error })?;
+        let invalid =
+            |message: &str| Err(SceneError::Invalid { file: file.clone(), line: 1, message: message.to_owned() });
+        if bytes.starts_with(usd::BINARY) {
+            return invalid("this is a binary USD file; save it as text, as `usdcat` does with -o and a name in .usda");
+        }
+        let text = columns::utf_8(bytes, &file)?;
+        if text.starts_with(usd::TEXT) {
+            let curve = self.curve.as_ref().map(|curve| source.count(curve, 0, MAX_SEGMENTS)).transpose()?;
+            let prim = self.prim.as_ref().map(|prim| prim.get_ref().as_str());
+            return usd::read(&text, &file, usd::Wanted { prim, curve, closed: self.closed });
+        }
+        let of_usd = self.prim.as_ref().map(Spanned::span).or_else(|| self.curve.as_ref().map(Spanned::span));
+        match of_usd {
+            Some(span) => source.wrong(span, "goes with a USD file as text, whose first line is `#usda 1.0`"),
+            None => read(&text, &file, self.closed),
+        }
     }
 }
 

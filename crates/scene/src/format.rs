@@ -168,6 +168,7 @@ pub(crate) enum Shape {
     Polyline(Polyline),
     Knot(Knot),
     Hung(Hung),
+    #[serde(alias = "usd")]
     Curve(Curve),
 }
 

@@ -51,6 +51,7 @@ mod strands;
 mod table;
 mod text;
 mod tree;
+mod usd;
 
 pub use builtin::{Builtin, builtin, builtin_refined, builtin_set, builtins};
 pub use entries::line_of;

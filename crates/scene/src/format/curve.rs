@@ -12,6 +12,8 @@ use super::Count;
 #[serde(deny_unknown_fields)]
 pub(crate) struct Curve {
     pub(crate) file: Spanned<String>,
+    pub(crate) prim: Option<Spanned<String>>,
+    pub(crate) curve: Option<Count>,
     pub(crate) segments: Option<Count>,
     pub(crate) interpolation: Option<Spanned<Between>>,
     #[serde(default)]

@@ -37,7 +37,7 @@ mistakes! {
     unknown_table: "[run]" => "[runs]",
         "3: runs is not a known key (did you mean `run`?); expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `bending`, `contact`, `obstacles`, `air`, `bodies`, `rods`, `nets`, `joins`, `probes`, `copies`";
     unknown_shape: "shape.straight" => "shape.strait",
-        "11: rods[0].shape.strait is not a known key (did you mean `straight`?); expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`, `hung`, `curve`";
+        "11: rods[0].shape.strait is not a known key (did you mean `straight`?); expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`, `hung`, `curve`, `usd`";
     two_shapes: END => "segments = 30\n[rods.shape.ring]\nradius_m = 1\nsegments = 5\n",
         "11: rods[0].shape: it must hold exactly one key";
     missing_key: "segments = 30" => "",

@@ -16,4 +16,5 @@ mod refined;
 mod set;
 mod shapes;
 mod text;
+mod usd;
 mod weave;

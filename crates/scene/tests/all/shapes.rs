@@ -195,10 +195,9 @@ mod curve {
             assert!(!error.contains('\n'), "{error}");
         }
         let missing = error_of("[[rods]]\nshape.curve = { file = \"none.csv\" }");
-        assert!(
-            missing
-                .contains("shape.curve.file = \"none.csv\", but it must be a CSV file, and there is none at none.csv")
-        );
+        assert!(missing.contains(
+            "shape.curve.file = \"none.csv\", but it must be a CSV or USD file, and there is none at none.csv"
+        ));
     }
 }
 
