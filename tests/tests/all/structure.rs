@@ -346,3 +346,23 @@ fn a_circle_is_found() {
     found.sort();
     assert_eq!(found, [["a", "b::deep"], ["d", "e"]]);
 }
+
+/// The glossary leads to files that exist, and names each term once.
+#[test]
+fn the_glossary_leads_to_files() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let text = fs::read_to_string(root.join("docs/glossary.md")).expect("the glossary");
+    let rows = text.lines().filter_map(|line| line.strip_prefix("| ")?.strip_suffix(" |"));
+    let mut terms = BTreeSet::new();
+    for row in rows.filter(|row| !row.starts_with("term |")) {
+        let cells: Vec<&str> = row.split(" | ").collect();
+        let [term, _, places] = cells[..] else { panic!("three cells a row: {row}") };
+        for term in term.split(", ") {
+            assert!(terms.insert(term), "'{term}' stands twice");
+        }
+        for place in places.split('`').skip(1).step_by(2) {
+            assert!(root.join("crates").join(place).exists(), "{term}: there is no {place}");
+        }
+    }
+    assert!(terms.len() > 60, "{} terms", terms.len());
+}
