@@ -1,19 +1,19 @@
 //! A training under way: epochs, measurements, the state that is kept.
 
 use std::collections::BTreeMap;
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use copingnet::{Card, Checkpoint, Leg, Measured as Figure, Training, TrainingState, Weights};
 
-use crate::cli::Plan;
 use crate::curves::{self, Row};
 use crate::lesson::Taught;
 use crate::measure::{Columns, Measured};
-use crate::run::Outcome;
+use crate::outcome::Outcome;
+use crate::paths::with_ending;
+use crate::plan::Plan;
 use crate::trainer::Trainer;
 
 /// A training under way.
@@ -283,11 +283,4 @@ fn figures(columns: &Columns, measured: &Measured, scenes: usize) -> Vec<Figure>
 fn command() -> String {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     format!("train {}", arguments.join(" ")).trim_end().to_owned()
-}
-
-/// A path with more after its last name.
-pub(crate) fn with_ending(path: &Path, ending: &str) -> PathBuf {
-    let mut name: OsString = path.into();
-    name.push(ending);
-    name.into()
 }

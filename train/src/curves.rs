@@ -6,8 +6,8 @@ use std::path::Path;
 use anyhow::Result;
 use chart::{Axis, Charts, Conditions, Figure, LineChart, Reference, Series};
 
-use crate::course::with_ending;
 use crate::measure::{Columns, Measured};
+use crate::paths::with_ending;
 
 /// One measurement.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,10 +4,28 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use dataset::{Config, Dataset, Generated, MANIFEST, generate, open_as};
+use clap::Args;
+use dataset::{Config, Dataset, Generated, MANIFEST, Scenario, generate, open_as};
 
-use crate::cli::{DataArgs, threads_or_cores};
-use terminal::say;
+use crate::plan::{SetArgs, threads_or_cores};
+use terminal::{say, shard, threads};
+
+/// Which data set to generate.
+#[derive(Args, Debug)]
+pub(crate) struct DataArgs {
+    /// Which of the paper's scenarios: rod, helix (Table 1), knot, tree.
+    #[arg(long, default_value_t = Scenario::Rod)]
+    pub(crate) scenario: Scenario,
+    #[command(flatten)]
+    pub(crate) set: SetArgs,
+    /// Part i of n, from 0/n to (n - 1)/n: for the jobs of an array that share a folder. Whichever finds all parts there
+    /// writes the manifest; the files have the same bits as those of a single job.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub(crate) shard: Option<(usize, usize)>,
+    /// Threads [default: one a core]. The files have the same bits on any number.
+    #[arg(long, value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+}
 
 /// Opens a data set; generates it, or what is missing of it, if need be.
 pub(crate) fn open(directory: &Path, config: &Config, quiet: bool) -> Result<Dataset> {

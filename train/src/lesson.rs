@@ -7,10 +7,10 @@ use copingnet::{Encoding, Simulated, Weights};
 use dataset::{Dataset, MANIFEST};
 use graph::Norms;
 
-use crate::cli::{Loss, Plan, SetArgs};
 use crate::data;
 use crate::measure::{self, Columns, Measured};
 use crate::objective::Objective;
+use crate::plan::{Loss, Plan, SetArgs};
 use crate::samples::{self, Samples};
 use crate::steps::{self, Recorded};
 

@@ -8,6 +8,9 @@ mod equilibrium;
 mod lesson;
 mod measure;
 mod objective;
+mod outcome;
+mod paths;
+mod plan;
 mod run;
 mod samples;
 mod steps;
@@ -18,6 +21,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+use crate::outcome::Outcome;
+
 /// Exit code of bad input: flags, data, files.
 const BAD_INPUT: u8 = 2;
 /// Exit code of a training that was stopped by Ctrl-C, its state kept.
@@ -27,13 +32,13 @@ fn main() -> ExitCode {
     let cli = cli::Cli::parse();
     let result = match &cli.command {
         None => run::run(&cli.train),
-        Some(cli::Command::Data(args)) => data::generate_part(args).map(|()| run::Outcome::Done),
+        Some(cli::Command::Data(args)) => data::generate_part(args).map(|()| Outcome::Done),
         Some(cli::Command::Sweep(args)) => sweep::run(args),
         Some(cli::Command::Equilibrium(args)) => equilibrium::run(args),
     };
     match result {
-        Ok(run::Outcome::Done) => ExitCode::SUCCESS,
-        Ok(run::Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(error) => {
             terminal::complain(format_args!("{error:#}"));
             ExitCode::from(BAD_INPUT)

@@ -8,16 +8,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::{Context, Result, bail};
 use copingnet::{Checkpoint, Leg, Weights};
 
-use crate::cli::{Plan, TrainArgs};
-use crate::course::{Course, with_ending};
+use crate::course::Course;
 use crate::curves;
 use crate::lesson::Taught;
-
-/// How a program ended.
-pub(crate) enum Outcome {
-    Done,
-    Interrupted,
-}
+use crate::outcome::Outcome;
+use crate::paths::with_ending;
+use crate::plan::{Plan, TrainArgs};
 
 /// A flag that Ctrl-C and the request to end (SIGTERM) set.
 pub(crate) fn listen() -> Result<Arc<AtomicBool>> {

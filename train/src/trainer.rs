@@ -5,8 +5,8 @@ use copingnet::{Adam, AdamParams, GraphTensors, Network, Weights};
 use dataset::shuffled;
 use rayon::prelude::*;
 
-use crate::cli::{Loss, Plan, Schedule};
 use crate::objective::{Evaluated, Objective};
+use crate::plan::{Loss, Plan, Schedule};
 use crate::samples::{Chunk, Samples};
 
 /// Samples whose gradient is computed in one piece. Sums run over chunks in their order, whichever thread made them, so

@@ -11,6 +11,7 @@ mod name;
 mod network;
 mod origin;
 mod training;
+mod warnings;
 
 pub use fitting::{fitting, learned_start};
 pub use guess::{Guess, Projections, Row, load, plane, rows};

@@ -1,7 +1,11 @@
 //! Figures, in a page and as files of their own.
 
+use crate::charts::{Charts, SINGLE, drawings};
+use crate::drawing::Drawing;
+use crate::palette::Palette;
 use crate::text::paragraph;
-use crate::{Attribute, BarChart, Conditions, HeatMap, LineChart, Palette, Px, Xml, grid, legend, lines, theme};
+use crate::xml::{Attribute, Px, Xml};
+use crate::{Conditions, legend, theme};
 
 /// Smallest text of a chart on a narrow screen \[px\]; below it, the chart scrolls.
 const SMALLEST_TEXT: f64 = 9.4;
@@ -21,17 +25,6 @@ pub struct Figure {
     pub charts: Charts,
     /// Under which conditions the numbers were measured.
     pub conditions: Conditions,
-}
-
-/// The charts of a figure, all of a kind, because a CSV file has one kind of rows.
-#[derive(Clone, Debug)]
-pub enum Charts {
-    /// Curves and points.
-    Lines(Vec<LineChart>),
-    /// Numbers behind colours.
-    Heat(Vec<HeatMap>),
-    /// Stacked bars.
-    Bars(Vec<BarChart>),
 }
 
 impl Figure {
@@ -76,47 +69,22 @@ impl Figure {
     }
 }
 
-/// A drawn chart.
-pub(crate) struct Drawing {
-    /// Width and height \[px\].
-    pub(crate) size: [f64; 2],
-    /// Size of its text \[px\].
-    pub(crate) font: f64,
-    /// What it shows, for those who do not see it.
-    pub(crate) label: String,
-    /// Its elements, from (0, 0) on.
-    pub(crate) body: Xml,
-}
-
-impl Drawing {
-    /// The drawing as an element with more attributes.
-    pub(crate) fn svg(&self, attributes: &[Attribute<'_>]) -> Xml {
-        let [width, height] = self.size.map(Px);
-        let view = format!("0 0 {width} {height}");
-        let own: [Attribute<'_>; 7] = [
-            ("class", &"chart"),
-            ("role", &"img"),
-            ("aria-label", &self.label),
-            ("width", &width),
-            ("height", &height),
-            ("viewBox", &view),
-            ("font-size", &self.font),
-        ];
-        Xml::nest("svg", &[&own, attributes].concat(), [self.body.clone()])
-    }
-}
-
-/// Width of a chart by itself and size of its text \[px\]: shrunk to a phone of 360 px, the text is still legible.
-const SINGLE: [f64; 2] = [460.0, 14.0];
-/// The same of one of several: three fit side by side on a desk, one on a phone.
-const MULTIPLE: [f64; 2] = [320.0, 12.5];
-
-/// Draws the charts of a figure, without legends.
-fn drawings(charts: &Charts, palette: &Palette<'_>) -> Vec<Drawing> {
-    let size = |count| if count == 1 { SINGLE } else { MULTIPLE };
-    match charts {
-        Charts::Lines(charts) => charts.iter().map(|chart| lines::draw(chart, size(charts.len()), palette)).collect(),
-        Charts::Heat(charts) => charts.iter().map(|chart| grid::heat(chart, size(charts.len())[1])).collect(),
-        Charts::Bars(charts) => charts.iter().map(|chart| grid::bars(chart, size(charts.len()), palette)).collect(),
+impl<'a> Palette<'a> {
+    /// The palette of `figures`, in their order.
+    pub fn new(figures: impl IntoIterator<Item = &'a Figure>) -> Self {
+        let mut palette = Self::default();
+        for figure in figures {
+            match &figure.charts {
+                Charts::Lines(charts) => charts.iter().flat_map(|chart| &chart.series).for_each(|series| {
+                    palette.enter_colour(series.colour_key());
+                    palette.enter_marker(&series.name);
+                }),
+                Charts::Heat(_) => {}
+                Charts::Bars(charts) => {
+                    charts.iter().flat_map(|chart| &chart.parts).for_each(|part| palette.enter_colour(part));
+                }
+            }
+        }
+        palette
     }
 }

@@ -1,9 +1,10 @@
 //! Tables of numbers as heat maps and as stacked bars.
 
 use crate::axis::{Layout, draw_ticks, span};
-use crate::figure::Drawing;
+use crate::drawing::Drawing;
+use crate::palette::Palette;
 use crate::text::{LINE, paragraph, significant, widest};
-use crate::{Palette, Px, Xml};
+use crate::xml::{Px, Xml};
 
 /// Weakest colour of a map of one colour: its smallest value is not a missing one.
 const WEAKEST: f64 = 0.08;

@@ -1,77 +1,12 @@
-//! Which colour and which marker a series has, and legends that say so.
+//! Legends: which colour and which marker stand for which name.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
+use crate::charts::Charts;
+use crate::marker::{LARGE, RADIUS, marker};
+use crate::palette::Palette;
 use crate::text::widest;
-use crate::{Charts, Figure, Px, Xml};
-
-/// Radius of a marker \[px\].
-pub(crate) const RADIUS: f64 = 3.2;
-/// Radius of a marker that stands out \[px\].
-pub(crate) const LARGE: f64 = 5.6;
-
-/// Paths about (0, 0), all of about one area: circle, square, triangle, diamond, triangle upside down, stars of four and
-/// five. With no factor in common with the number of colours, 70 series in a row differ in colour, shape or both.
-const SHAPES: [&str; 7] = [
-    "M-1 0a1 1 0 1 0 2 0a1 1 0 1 0-2 0z",
-    "M-.9-.9H.9V.9H-.9z",
-    "M0-1.4 1.2.7H-1.2z",
-    "M0-1.35 1.35 0 0 1.35-1.35 0z",
-    "M0 1.4 1.2-.7H-1.2z",
-    "M1.6 0 .44.44 0 1.6-.44.44-1.6 0-.44-.44 0-1.6 .44-.44z",
-    "M0-1.5 .38-.53 1.43-.46 .62.2 .88 1.21 0 .65-.88 1.21-.62.2-1.43-.46-.38-.53z",
-];
-
-/// Draws marker number `shape` with what is read under the mouse.
-pub(crate) fn marker(svg: &mut Xml, shape: usize, [x, y]: [f64; 2], radius: f64, class: &str, title: &str) {
-    let place = format!("translate({} {})scale({radius})", Px(x), Px(y));
-    svg.shape("path", &[("class", &class), ("transform", &place), ("d", &SHAPES[shape % SHAPES.len()])], title);
-}
-
-/// Colours there are. See [`crate::theme`].
-pub(crate) const COLOURS: usize = 10;
-
-/// Colours and markers of all series of a page, given in turn to each key at its first appearance.
-#[derive(Default)]
-pub struct Palette<'a> {
-    colours: BTreeMap<&'a str, usize>,
-    markers: BTreeMap<&'a str, usize>,
-}
-
-impl<'a> Palette<'a> {
-    /// The palette of `figures`, in their order.
-    pub fn new(figures: impl IntoIterator<Item = &'a Figure>) -> Self {
-        let mut palette = Self::default();
-        for figure in figures {
-            match &figure.charts {
-                Charts::Lines(charts) => charts.iter().flat_map(|chart| &chart.series).for_each(|series| {
-                    enter(&mut palette.colours, series.colour_key());
-                    enter(&mut palette.markers, &series.name);
-                }),
-                Charts::Heat(_) => {}
-                Charts::Bars(charts) => {
-                    charts.iter().flat_map(|chart| &chart.parts).for_each(|part| enter(&mut palette.colours, part));
-                }
-            }
-        }
-        palette
-    }
-
-    /// Class of the colour of `key`.
-    pub(crate) fn colour(&self, key: &str) -> String {
-        format!("s{}", self.colours.get(key).map_or(0, |i| i % COLOURS))
-    }
-
-    /// Number of the marker of `key`.
-    pub(crate) fn marker(&self, key: &str) -> usize {
-        self.markers.get(key).copied().unwrap_or(0)
-    }
-}
-
-fn enter<'a>(indices: &mut BTreeMap<&'a str, usize>, key: &'a str) {
-    let next = indices.len();
-    indices.entry(key).or_insert(next);
-}
+use crate::xml::{Px, Xml};
 
 /// Width and height of a sample \[px\].
 const SAMPLE: [f64; 2] = [30.0, 14.0];

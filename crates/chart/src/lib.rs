@@ -4,21 +4,26 @@
 //! This crate knows nothing of rods and solvers.
 
 mod axis;
+mod charts;
 mod conditions;
+mod drawing;
 mod figure;
 mod grid;
 mod legend;
 mod lines;
+mod marker;
+mod palette;
 mod text;
 mod theme;
 mod xml;
 
 pub use axis::Axis;
+pub use charts::Charts;
 pub use conditions::Conditions;
-pub use figure::{Charts, Figure};
+pub use figure::Figure;
 pub use grid::{Bar, BarChart, HeatMap};
-pub use legend::Palette;
 pub use lines::{LineChart, Point, Reference, Series};
+pub use palette::Palette;
 pub use text::significant;
 pub use theme::style;
 pub use xml::{Attribute, Px, Xml, polyline};

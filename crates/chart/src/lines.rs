@@ -1,10 +1,11 @@
 //! Curves and points over two axes.
 
 use crate::axis::{Axis, Layout, draw_ticks, place, ticks};
-use crate::figure::Drawing;
-use crate::legend::{self, LARGE, RADIUS};
+use crate::drawing::Drawing;
+use crate::marker::{LARGE, RADIUS, marker};
+use crate::palette::Palette;
 use crate::text::{LINE, paragraph, significant, widest};
-use crate::{Palette, Px, Xml, polyline};
+use crate::xml::{Px, Xml, polyline};
 
 /// Points of a curve that are marked at most, beside those that stand out.
 const MARKED: usize = 40;
@@ -218,9 +219,9 @@ fn curve(series: &Series, [x, y]: &[Layout; 2], palette: &Palette<'_>) -> Xml {
     let shape = palette.marker(&series.name);
     for (i, (at, point)) in placed.iter().flatten().enumerate() {
         if point.emphasis {
-            legend::marker(&mut svg, shape, *at, LARGE, "marker emphasis", &title(series, point));
+            marker(&mut svg, shape, *at, LARGE, "marker emphasis", &title(series, point));
         } else if (series.markers && i % every == 0) || placed.iter().flatten().count() == 1 {
-            legend::marker(&mut svg, shape, *at, RADIUS, "marker", &title(series, point));
+            marker(&mut svg, shape, *at, RADIUS, "marker", &title(series, point));
         }
     }
     Xml::nest("g", &[("class", &format!("series {}", palette.colour(series.colour_key())))], [svg])

@@ -64,7 +64,7 @@ mod tests {
                 let c = contrast(of("ink"), of(ground));
                 assert!(c >= 4.5, "ink on {ground}, theme {theme}: {c:.2}");
             }
-            let lines = (0..crate::legend::COLOURS).map(|i| format!("s{i}")).chain(["axis".into()]);
+            let lines = (0..crate::palette::COLOURS).map(|i| format!("s{i}")).chain(["axis".into()]);
             for line in lines {
                 let c = contrast(of(&line), of("surface"));
                 assert!(c >= 3.0, "{line} on surface, theme {theme}: {c:.2}");

@@ -21,7 +21,7 @@ mod order;
 
 use crate::shape::Aabb;
 use grid::{Grid, Table};
-use order::Order;
+use order::{Order, sum_up};
 
 /// A box in one of its cells. Rounded to f32 a box still overlaps all that it overlapped, as rounding keeps the order.
 #[derive(Clone, Copy, Debug, Default)]
@@ -126,14 +126,4 @@ impl SpatialHash {
         let (min, max) = (aabb.min - origin, aabb.max - origin);
         [min.x, min.y, min.z, 0.0, -max.x, -max.y, -max.z, 0.0].map(|x| x as f32)
     }
-}
-
-/// Turns numbers into ends, the sums up to each of them, and returns the last one.
-fn sum_up(numbers: &mut [u32]) -> usize {
-    let mut sum = 0;
-    for number in numbers {
-        sum += *number;
-        *number = sum;
-    }
-    sum as usize
 }

@@ -6,8 +6,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::answer::{Equilibrium, Finish};
 use crate::batch::{self, Params, ParamsError};
-use crate::descent::{System, Wide, push};
-use crate::problem::{Answers, Problem, Solved};
+use crate::descent::push;
+use crate::problem::{Answers, Problem, Solved, System, Wide};
 use crate::query::{Query, QueryError};
 use crate::scaled::{Cut, Scaled, get, set};
 use crate::start::{Curves, Starts};

@@ -1,16 +1,12 @@
 //! Newton's method, eight queries side by side: a lane that is done takes the next one.
 
 use kernels::dispatch::vectorized;
-use kernels::lane::{Lanes, Real};
+use kernels::lane::Real;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::problem::{Problem, Solved};
+use crate::problem::{Solved, System, WIDTH, Wide};
 use crate::scaled::{Cut, get, set};
 use crate::sweep::{Chain, Found};
-
-/// Queries side by side.
-pub(crate) const WIDTH: usize = 8;
-pub(crate) type Wide = Lanes<WIDTH>;
 
 /// Largest turn of a segment in one step [rad]; of one segment against its neighbour half as much.
 const LARGEST_TURN: f64 = 2.0;
@@ -71,27 +67,6 @@ struct Search {
     movement: f64,
     solves: u32,
     is_at_saddle: bool,
-}
-
-/// Problems side by side, one a lane.
-pub(crate) trait System<P: Problem> {
-    /// Memory for cables of this cut.
-    fn new(cut: &Cut) -> Self;
-
-    /// Puts a problem into a lane, with its start.
-    fn load(&mut self, lane: usize, cut: &Cut, problem: &P, begin: &P::Begin, turns: &[UnitQuaternion<f64>]);
-
-    /// Solves for the step from here with turns made stiffer by `shifts` times the segments' lengths, and keeps it.
-    fn solve(&mut self, shifts: Wide) -> Found<Wide>;
-
-    /// Goes on by `shares` of the step, and by `forces` of the forces' changes.
-    fn step(&mut self, shares: Wide, forces: Wide);
-
-    /// Turns the segments of a lane a little.
-    fn push(&mut self, lane: usize);
-
-    /// Where a lane is.
-    fn store(&self, lane: usize, turns: &mut [UnitQuaternion<f64>]) -> P::Begin;
 }
 
 /// Memory of a descent of cables of one cut.

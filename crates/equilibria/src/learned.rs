@@ -8,9 +8,10 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::canonical::{Canonical, INPUTS};
 use crate::network::{Perceptron, WeightsError};
+use crate::problem::{Starts, places};
 use crate::sample::Distribution;
 use crate::scaled::{Cut, Scaled};
-use crate::start::{Curves, Starts, places};
+use crate::start::Curves;
 
 /// Sine modes of each of a quaternion's four parts.
 pub const MODES: usize = 10;

@@ -21,7 +21,7 @@
 //!
 //! From the bottom up: `query`, `scaled` (a query without units), `joint` (its energy with derivatives), `sweep` (one linear solve),
 //! `descent` (Newton's method), `start`, `known` (starts at answers), `canonical`, `network` and `learned` (starts that a network
-//! proposes), `level` (from a coarse cut to a finer one), `model` (a model as a query), `answer`, `problem` (what is solved: a cable,
+//! proposes), `level` (from a coarse cut to a finer one), `model` (a model as a query), `answer`, `params`, `problem` (what is solved: a cable,
 //! or three), `cable` (the first of these), `batch`, `derivative`; `sample` draws random queries, `file` reads queries and writes
 //! answers. `branched` has cables with three arms.
 
@@ -39,6 +39,7 @@ pub mod learned;
 mod level;
 pub mod model;
 pub mod network;
+mod params;
 pub mod problem;
 pub mod query;
 pub mod sample;

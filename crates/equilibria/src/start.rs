@@ -6,7 +6,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::problem::Problem;
+pub use crate::problem::Starts;
 use crate::scaled::{Cut, Scaled};
 
 /// Pieces in which a curve is measured.
@@ -14,51 +14,6 @@ const PIECES: usize = 16;
 /// Most trials of a curve's free number, and the error of its length that will do.
 const MOST_TRIALS: usize = 8;
 const NEAR: f64 = 1e-2;
-
-/// Starts of searches.
-pub trait Starts<P: Problem = Scaled>: Sync {
-    /// How many there are of a query at most.
-    fn count(&self) -> usize;
-    /// Fills in the orientations of a query's segments, cable after cable and one start after the other: `count` times those of
-    /// `cut`, and where else each begins: `count` places, which are zero. Of a cable that is the force on the first grip, over
-    /// B / L^2, where it is known. `index` is the query's place among all. Returns how many starts there are, of which the
-    /// first places hold the turns and the rest.
-    fn fill(
-        &self,
-        index: usize,
-        query: &P,
-        cut: &Cut,
-        turns: &mut [UnitQuaternion<f64>],
-        begins: &mut [P::Begin],
-    ) -> usize;
-    /// The same of several queries with their places among all, `count` places a query in `turns` and `begins`, and in `counts` how
-    /// many starts each has.
-    fn fill_all(
-        &self,
-        queries: &[(usize, &P)],
-        cut: &Cut,
-        turns: &mut [UnitQuaternion<f64>],
-        begins: &mut [P::Begin],
-        counts: &mut [usize],
-    ) {
-        let places = places(self.count(), turns, begins, counts);
-        for (&(index, query), (turns, begins, own)) in queries.iter().zip(places) {
-            *own = self.fill(index, query, cut, turns, begins);
-        }
-    }
-}
-
-/// The places of each query.
-pub(crate) fn places<'a, B>(
-    count: usize,
-    turns: &'a mut [UnitQuaternion<f64>],
-    begins: &'a mut [B],
-    counts: &'a mut [usize],
-) -> impl Iterator<Item = (&'a mut [UnitQuaternion<f64>], &'a mut [B], &'a mut usize)> {
-    let size = turns.len() / counts.len().max(1);
-    let own = turns.chunks_mut(size.max(1)).zip(begins.chunks_mut(count.max(1))).zip(counts);
-    own.map(|((turns, begins), own)| (turns, begins, own))
-}
 
 /// Starts without any learning: curves with the grips' directions and the cable's length, each with one or two twists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,8 +9,8 @@ use serde::Deserialize;
 use terminal::say;
 use toml::Value;
 
-use crate::Outcome;
 use crate::cells::{FullKey, Record, SCHEMA_VERSION};
+use crate::outcome::Outcome;
 
 /// Names of what depends on the clock, with all that is below them; so does what ends in "_us" or "_s", but for the time
 /// step "dt_s", which is given.

@@ -8,6 +8,7 @@ mod commands;
 mod context;
 mod library;
 mod make;
+mod outcome;
 mod sections;
 mod show;
 mod sources;
@@ -17,25 +18,7 @@ use std::process::ExitCode;
 
 use crate::cli::Command;
 use crate::commands::{compare, random, stress};
-
-/// How a command ended: the program's exit code.
-#[repr(u8)]
-enum Outcome {
-    Done = 0,
-    /// A report has faults, runs differ, or numbers are not finite.
-    Faulty = 1,
-    /// Wrong flags, places that cannot be written to, damaged results.
-    BadInput = 2,
-    Interrupted = terminal::INTERRUPTED,
-}
-
-impl Outcome {
-    /// Says of what the numbers are not finite.
-    fn not_finite(scene: &str, way: &str) -> Self {
-        terminal::complain(format_args!("numbers are not finite: {scene}, {way}"));
-        Self::Faulty
-    }
-}
+use crate::outcome::Outcome;
 
 fn main() -> ExitCode {
     let result = match Command::read() {

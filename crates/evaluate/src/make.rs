@@ -5,19 +5,57 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use report::{Block, Conditions, Page};
 use terminal::{Progress, say};
 
-use crate::Outcome;
 use crate::cells::{Job, ticks};
-use crate::cli::ReportArgs;
 use crate::context::{Context, Size};
 use crate::library::Library;
-use crate::sections::{self, Place};
+use crate::outcome::Outcome;
+use crate::sections::{self, Place, SECTIONS};
 use crate::sources::{IS_DIRTY, REVISION, ROOT};
 
 /// Where a report goes that says nothing else.
 const REPORT: &str = "report";
+
+/// Names of the sections, for `--only`.
+fn names() -> PossibleValuesParser {
+    SECTIONS.iter().map(|section| PossibleValue::new(section.name).help(section.about)).into()
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ReportArgs {
+    /// Fewer scenes, simulations and steps: done in minutes, where the full report takes three to four hours of one core.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Folder of the report [default: report; where a section has the command, out/SECTION].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Only these sections.
+    #[arg(long, value_delimiter = ',', value_name = "SECTIONS", value_parser = names())]
+    pub(crate) only: Vec<String>,
+    /// Part i of n of what is measured, from 0/n to (n - 1)/n, of about the same time: for processes that share the folder of
+    /// cells. Cells with the same references stay together. Whichever process finds all cells there makes the report.
+    #[arg(long, value_name = "I/N", value_parser = terminal::shard, default_value = "0/1")]
+    pub(crate) shard: (usize, usize),
+    /// Folder of what was measured so far, a file a cell; what other sources measured is measured anew.
+    #[arg(long, default_value = "data/report", value_name = "DIR")]
+    pub(crate) cells: PathBuf,
+    /// Folder of the data sets that nearest neighbours look into; generated on first use.
+    #[arg(long, default_value = "data", value_name = "DIR")]
+    pub(crate) data: PathBuf,
+    /// Summary of the ablation sweep: the summary.toml that `train sweep merge` writes, copied here.
+    #[arg(long, default_value = "data/sweep.toml", value_name = "FILE")]
+    pub(crate) sweep: PathBuf,
+    /// Folder with a folder of recordings for each real cable, `train` and `eval` in it: what the section real-cables measures.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) recordings: Option<PathBuf>,
+    /// Print nothing but errors.
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
 
 /// Measures what is missing, and writes the page.
 pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {

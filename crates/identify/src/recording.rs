@@ -11,6 +11,7 @@ mod flat;
 mod grid;
 mod pickle;
 mod read;
+mod reading;
 mod table;
 
 pub(crate) use check::{
@@ -18,7 +19,8 @@ pub(crate) use check::{
 };
 pub use flat::{is_flat, read_flat};
 pub(crate) use read::each;
-pub use read::{Reading, files, read, read_all};
+pub use read::{files, read, read_all};
+pub use reading::Reading;
 
 /// Markers at each end of a cable that its grips hold, and that are given to a prediction over all time.
 pub const GRIPPED: usize = 2;

@@ -171,7 +171,7 @@ impl<const D: usize> Real for Dual<D> {
 
 #[cfg(test)]
 mod tests {
-    use crate::*;
+    use super::*;
 
     /// Every operation against central differences.
     #[test]

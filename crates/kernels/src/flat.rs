@@ -27,7 +27,7 @@ pub fn flat_mut(chunks: &mut [Lanes<LANES>]) -> &mut [f64] {
 
 #[cfg(test)]
 mod tests {
-    use crate::*;
+    use super::*;
 
     #[test]
     fn numbers_are_those_of_the_chunks_in_turn() {

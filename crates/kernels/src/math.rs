@@ -318,7 +318,7 @@ pub fn transposed<T: Copy>(m: [[T; 3]; 3]) -> [[T; 3]; 3] {
 
 #[cfg(test)]
 mod tests {
-    use crate::*;
+    use super::*;
 
     const A: Vec3<f64> = Vec3([0.3, -1.0, 2.0]);
     const W: Sym3<f64> = Sym3([4.0, 3.0, 5.0, 0.5, -0.2, 1.0]);

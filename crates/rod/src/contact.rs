@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::driven::begins_at;
-use crate::model::unit;
+use crate::error::unit;
 use crate::{BodyShape, Carried, Mesh, ModelError, MovingPose, Pose};
 
 /// Flat sides that stand for the round side of a cylinder that rigid bodies touch, and edges of its rim: they lie within it, by 0.12

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use thiserror::Error;
 
-use crate::{Body, Model, ModelError, Motion, MovingPose, Pose, State};
+use crate::{Body, DriveError, Motion, MovingPose, Pose};
 
 /// What goes with a motion as one rigid body: an [`crate::Obstacle`], or the body of a [`Driven`].
 #[derive(Clone, Debug, PartialEq)]
@@ -120,82 +119,8 @@ impl Driven {
     }
 }
 
-/// Why a body cannot follow a motion.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum DriveError {
-    /// The body moves freely.
-    #[error("segment {0} is not fixed, but only what is held can be driven")]
-    Free(usize),
-    /// Two motions drive one body at the same time.
-    #[error("motion {0} drives the same body")]
-    Twice(usize),
-    /// The body is held from the start, but by no motion that would let it go before this one takes hold.
-    #[error("it takes hold of {0} on the way, which is held from the start")]
-    Held(Body),
-    /// An open grip is to be driven from the start.
-    #[error("anchor {0} is open, but only what is held can be driven")]
-    Open(usize),
-    /// It would let go before it takes hold.
-    #[error("it holds its body from {from} s until {until} s, but the second time must be later")]
-    Times {
-        /// When it takes hold [s].
-        from: f64,
-        /// When it lets go [s].
-        until: f64,
-    },
-    /// At time 0 the motion is elsewhere.
-    #[error("it begins {distance} m and {angle} rad away from where the body is")]
-    Elsewhere {
-        /// Distance of the two positions [m].
-        distance: f64,
-        /// Angle between the two orientations [rad].
-        angle: f64,
-    },
-}
-
 /// How far a motion may begin from where its body is [m, rad]: rounding errors of positions of some kilometres.
 const SAME_PLACE: f64 = 1e-9;
-
-/// Checks the motions of a model whose bodies and state are valid otherwise.
-pub(crate) fn validate(model: &Model, state: &State) -> Result<(), ModelError> {
-    let mut drivers = std::collections::HashMap::<Body, Vec<usize>>::new();
-    for (index, driven) in model.motions.iter().enumerate() {
-        let body = driven.body;
-        model.check_body("motion", index, body)?;
-        let wrong = |mistake| Err(ModelError::Motion { index, mistake });
-        let Driven { from, until, .. } = *driven;
-        if !(from.is_finite() && until > from.max(0.0)) {
-            return wrong(DriveError::Times { from, until });
-        }
-        let others = drivers.entry(body).or_default();
-        let meets = |other: &&usize| model.motions[**other].from < until && from < model.motions[**other].until;
-        if let Some(other) = others.iter().find(meets) {
-            return wrong(DriveError::Twice(*other));
-        }
-        others.push(index);
-        if from > 0.0 {
-            continue;
-        }
-        match body {
-            Body::Segment(i) if !model.segments[i].fixed => return wrong(DriveError::Free(i)),
-            Body::Anchor(i) if model.open.contains(&i) => return wrong(DriveError::Open(i)),
-            _ => {}
-        }
-        if let Err(mistake) = begins_at(&model.pose(body, state), &driven.at(0.0).pose) {
-            return wrong(mistake);
-        }
-    }
-    for (index, driven) in model.motions.iter().enumerate().filter(|(_, driven)| driven.from > 0.0) {
-        let is_held = match driven.body {
-            Body::Segment(i) => model.segments[i].fixed,
-            Body::Anchor(i) => !model.open.contains(&i),
-        };
-        if is_held && !drivers[&driven.body].iter().any(|&other| model.motions[other].from <= 0.0) {
-            return Err(ModelError::Motion { index, mistake: DriveError::Held(driven.body) });
-        }
-    }
-    Ok(())
-}
 
 /// Checks that a motion begins where its body is.
 pub(crate) fn begins_at(here: &Pose, begin: &Pose) -> Result<(), DriveError> {

@@ -5,10 +5,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
-use crate::BodyShape;
-
 /// Vertices about the axis of a round shape, and from its equator to a pole.
-const SIDES: usize = 32;
+pub(crate) const SIDES: usize = 32;
 const RINGS: usize = 8;
 
 /// A surface in the frame of what it is of.
@@ -43,29 +41,15 @@ pub enum MeshError {
     Empty,
 }
 
-impl BodyShape {
-    /// Its surface, with vertices on it; nothing where hidden.
-    pub fn mesh(&self) -> Mesh {
-        match *self {
-            BodyShape::Hidden => Mesh::default(),
-            BodyShape::Sphere { radius } => Mesh::round(&capped(radius, 0.0), SIDES),
-            BodyShape::Capsule { radius, length } => Mesh::round(&capped(radius, 0.5 * length), SIDES),
-            BodyShape::Cylinder { radius, length } => Mesh::cylinder(radius, length, SIDES),
-            BodyShape::Box { sides } => Mesh::of_box(&(sides * 0.5)),
-            BodyShape::Mesh(ref solid) => solid.mesh().clone(),
-        }
-    }
-}
-
 /// A place on the outline of a round shape, and the latitude of the normal there [rad].
-struct Profile {
+pub(crate) struct Profile {
     radius: f64,
     height: f64,
     latitude: f64,
 }
 
 /// Outline of a sphere whose halves are pulled apart along the axis, from below.
-fn capped(radius: f64, half: f64) -> Vec<Profile> {
+pub(crate) fn capped(radius: f64, half: f64) -> Vec<Profile> {
     let at = |k: usize, side: f64| {
         let latitude = FRAC_PI_2 * side * k as f64 / RINGS as f64;
         let across = if k == RINGS { 0.0 } else { radius * latitude.cos() };
@@ -127,7 +111,7 @@ impl Mesh {
     }
 
     /// The surface that an outline makes, turned about the axis.
-    fn round(outline: &[Profile], sides: usize) -> Self {
+    pub(crate) fn round(outline: &[Profile], sides: usize) -> Self {
         let mut mesh = Self::default();
         for (k, Profile { radius, height, latitude }) in outline.iter().enumerate() {
             for side in 0..=sides {
@@ -146,7 +130,7 @@ impl Mesh {
         mesh
     }
 
-    fn of_box(half: &Vector3<f64>) -> Self {
+    pub(crate) fn of_box(half: &Vector3<f64>) -> Self {
         let mut mesh = Self::default();
         for (axis, side) in (0..3).flat_map(|axis| [(axis, -1.0), (axis, 1.0)]) {
             let normal = Vector3::ith(axis, side);
@@ -176,6 +160,7 @@ impl Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::BodyShape;
 
     /// Volume enclosed by the triangles, by the divergence theorem: positive where they look outwards.
     fn volume(mesh: &Mesh) -> f64 {

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 
-use crate::freedom::Give;
 use crate::measure::stretch_gap;
+use crate::supports::Give;
 use crate::{Body, Freedom, Joint, Model, State, end_of};
 
 /// What pulls a swinging rod back.

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::SolidMesh;
+use crate::mesh::{SIDES, capped};
+use crate::{Mesh, SolidMesh};
 
 /// Shape of a rigid body: what it looks like, and what touches. Its middle, of a mesh its centroid, is the body's centre of mass.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +42,18 @@ pub enum BodyShape {
 }
 
 impl BodyShape {
+    /// Its surface, with vertices on it; nothing where hidden.
+    pub fn mesh(&self) -> Mesh {
+        match *self {
+            BodyShape::Hidden => Mesh::default(),
+            BodyShape::Sphere { radius } => Mesh::round(&capped(radius, 0.0), SIDES),
+            BodyShape::Capsule { radius, length } => Mesh::round(&capped(radius, 0.5 * length), SIDES),
+            BodyShape::Cylinder { radius, length } => Mesh::cylinder(radius, length, SIDES),
+            BodyShape::Box { sides } => Mesh::of_box(&(sides * 0.5)),
+            BodyShape::Mesh(ref solid) => solid.mesh().clone(),
+        }
+    }
+
     /// Volume [m^3]; 0 where hidden.
     pub fn volume(&self) -> f64 {
         let ball = |r: f64| 4.0 / 3.0 * PI * r.powi(3);

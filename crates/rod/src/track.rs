@@ -1,12 +1,11 @@
 //! Vectors that change over time: loads and gravity.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::motion::{finite, hermite, parabola_velocity};
-use crate::{Body, Interpolation, KeyframeError, Model, ModelError};
+use crate::{Interpolation, KeyframeError};
 
 /// A vector over time, given at some times. Before the first it is the first, after the last the last.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,11 +88,11 @@ impl Track {
 /// What of a model changes over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Changing {
-    /// [`Model::gravity`] [m/s^2].
+    /// [`crate::Model::gravity`] [m/s^2].
     Gravity,
-    /// The force of [`Model::loads`]' entry [N].
+    /// The force of [`crate::Model::loads`]' entry [N].
     Force(usize),
-    /// The torque of [`Model::loads`]' entry [N m].
+    /// The torque of [`crate::Model::loads`]' entry [N m].
     Torque(usize),
 }
 
@@ -104,65 +103,6 @@ pub struct Change {
     pub of: Changing,
     /// Its values, in the unit of what it is of.
     pub track: Arc<Track>,
-}
-
-impl Model {
-    /// Makes anchors, loads and gravity those of `time` [s], and what is held what was in the step that ended then, so that
-    /// energies and joints are measured as they are then. What a motion takes hold of on the way is where it says only when
-    /// the simulation has told where that was (`Simulation::store_model`).
-    pub fn set_time(&mut self, time: f64) {
-        for driven in self.motions.iter().filter(|driven| driven.is_timed()) {
-            match driven.body {
-                Body::Segment(i) => self.segments[i].fixed = false,
-                Body::Anchor(i) if !self.open.contains(&i) => self.open.push(i),
-                Body::Anchor(_) => {}
-            }
-        }
-        for driven in self.motions.iter().filter(|driven| driven.held_until(time)) {
-            match driven.body {
-                Body::Segment(i) => self.segments[i].fixed = true,
-                Body::Anchor(i) => {
-                    self.anchors[i] = driven.at(time).pose;
-                    self.open.retain(|open| *open != i);
-                }
-            }
-        }
-        for Change { of, track } in &self.changes {
-            let value = track.at(time);
-            match *of {
-                Changing::Gravity => self.gravity = value,
-                Changing::Force(load) => self.loads[load].force = value,
-                Changing::Torque(load) => self.loads[load].torque = value,
-            }
-        }
-    }
-
-    /// Whether any of its motions takes hold or lets go on the way.
-    pub fn has_timed_grips(&self) -> bool {
-        self.motions.iter().any(crate::Driven::is_timed)
-    }
-
-    /// Whether anything of it changes over time: anchors, what is held, loads or gravity.
-    pub fn varies(&self) -> bool {
-        let varies = |driven: &crate::Driven| driven.is_timed() || matches!(driven.body, Body::Anchor(_));
-        !self.changes.is_empty() || self.motions.iter().any(varies)
-    }
-}
-
-/// Checks that what changes is there, and that nothing changes in two ways.
-pub(crate) fn validate(model: &Model) -> Result<(), ModelError> {
-    let mut first = HashMap::new();
-    for (index, change) in model.changes.iter().enumerate() {
-        if let Changing::Force(to) | Changing::Torque(to) = change.of
-            && to >= model.loads.len()
-        {
-            return Err(ModelError::Index { what: "change", index, target: "load", to, count: model.loads.len() });
-        }
-        if let Some(other) = first.insert(change.of, index) {
-            return Err(ModelError::Twice { index, other });
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

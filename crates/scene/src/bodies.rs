@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use rod::{Body, BodyShape, Driven, Pose, RigidBody, SolidMesh};
 use toml::Spanned;
 
 use crate::builder::Builder;
 use crate::error::{Result, Source};
-use crate::given::unit;
+use crate::measures::{length, orientation};
 use crate::motion::Prepared;
 use crate::shape::{NODE_DISTANCE, number_or};
 use crate::{format, mesh, rods};
@@ -64,25 +64,6 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &
     Ok(())
 }
 
-/// The orientation that either of two keys gives; none is that of the world.
-pub(crate) fn orientation(
-    source: &Source,
-    quaternion: &Option<format::Quaternion>,
-    turn: &Option<format::Vector>,
-) -> Result<UnitQuaternion<f64>> {
-    match (quaternion, turn) {
-        (Some(_), Some(turn)) => source.wrong(turn.span(), "give either `orientation` or `turn_deg`, not both"),
-        (Some(value), None) => match unit(value.get_ref().0) {
-            Some(orientation) => Ok(orientation),
-            None => source.must_be(value.span(), "a unit quaternion [w, x, y, z], its norm 1 to within 1e-3"),
-        },
-        (None, Some(turn)) => {
-            Ok(UnitQuaternion::from_scaled_axis(source.vector(turn, "degrees")?.map(f64::to_radians)))
-        }
-        (None, None) => Ok(UnitQuaternion::identity()),
-    }
-}
-
 /// Why keys that name a part of a rod say nothing of a body.
 const WHOLE: &str = "a body is moved and loaded at its centre of mass; leave this out";
 
@@ -118,15 +99,6 @@ fn body(source: &Source, entry: &Spanned<format::Body>) -> Result<RigidBody> {
         None => {}
     }
     Ok(body)
-}
-
-/// A length that one can compute with [m].
-pub(crate) fn length(source: &Source, value: &format::Number) -> Result<f64> {
-    let length = source.positive(value, "m")?;
-    if !NODE_DISTANCE.contains(&length) {
-        return source.must_be(value.span(), &format!("{:e} to {:e} m", NODE_DISTANCE.start, NODE_DISTANCE.end));
-    }
-    Ok(length)
 }
 
 fn shape(source: &Source, own: &format::Body) -> Result<BodyShape> {

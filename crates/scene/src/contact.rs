@@ -7,8 +7,8 @@ use nalgebra::{Unit, Vector3};
 use rod::{Carried, Contacts, Friction, Obstacle, ObstacleShape, Pose, Surface};
 use toml::Spanned;
 
-use crate::bodies::{length, orientation};
 use crate::error::{AT_MOST, LARGEST, Result, Source, short};
+use crate::measures::{length, orientation};
 use crate::motion::Prepared;
 use crate::shape::{NODE_DISTANCE, number_or};
 use crate::{format, mesh};

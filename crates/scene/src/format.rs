@@ -11,8 +11,11 @@ mod body;
 mod contact;
 mod curve;
 mod list;
+mod load;
 mod many;
 mod motion;
+mod number;
+mod place;
 mod probe;
 mod section;
 
@@ -20,14 +23,13 @@ pub(crate) use body::{Body, BodyShape, Mesh as BodyMesh};
 pub(crate) use contact::{Capsule, Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use curve::{Between, Curve};
 pub(crate) use list::List;
+pub(crate) use load::Load;
 pub(crate) use many::{Copies, Heap, Net, Strands};
 pub(crate) use motion::{Grip, Hold, Interpolation, Motion, Quaternion};
+pub(crate) use number::{Count, Number, Vector};
+pub(crate) use place::{Clamp, Face, Place};
 pub(crate) use probe::Probe;
-pub(crate) use section::{Bending, Frame, InnerDamping, Piece, Section, Stiffness};
-
-pub(crate) type Number = Spanned<f64>;
-pub(crate) type Count = Spanned<i64>;
-pub(crate) type Vector = Spanned<List<f64, 3>>;
+pub(crate) use section::{Bending, Frame, InnerDamping, Piece, Section, Stiffness, Stretch};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -240,16 +242,6 @@ pub(crate) struct Hung {
     pub(crate) end_direction: Option<Vector>,
 }
 
-#[derive(Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Stretch {
-    #[default]
-    Zero,
-    Physical,
-    #[serde(rename = "compliance_m_per_n")]
-    Compliance(Number),
-}
-
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Rest {
@@ -259,33 +251,6 @@ pub(crate) enum Rest {
     Darboux(Vector),
     #[serde(rename = "darboux_of_joints_per_m")]
     OfJoints(Spanned<Vec<Vector>>),
-}
-
-#[derive(Clone, Copy, Deserialize, PartialEq)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Clamp {
-    StartSegment,
-    EndSegment,
-    StartFace,
-    EndFace,
-}
-
-#[derive(Clone, Copy, Deserialize, PartialEq)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Face {
-    StartFace,
-    EndFace,
-}
-
-/// A place on a rod's axis, or on a rigid body.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Place {
-    pub(crate) rod: Option<Spanned<String>>,
-    pub(crate) segment: Option<Count>,
-    pub(crate) fraction: Option<Number>,
-    pub(crate) body: Option<Spanned<String>>,
-    pub(crate) at_m: Option<Vector>,
 }
 
 #[derive(Deserialize)]
@@ -301,20 +266,6 @@ pub(crate) struct Velocity {
 pub(crate) struct Mass {
     pub(crate) segment: Count,
     pub(crate) mass_kg: Number,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Load {
-    pub(crate) at: Option<Spanned<Face>>,
-    pub(crate) segment: Option<Count>,
-    pub(crate) fraction: Option<Number>,
-    pub(crate) force_n: Option<Vector>,
-    pub(crate) torque_n_m: Option<Vector>,
-    pub(crate) times_s: Option<Spanned<Vec<Number>>>,
-    pub(crate) forces_n: Option<Spanned<Vec<Vector>>>,
-    pub(crate) torques_n_m: Option<Spanned<Vec<Vector>>>,
-    pub(crate) interpolation: Option<Spanned<Interpolation>>,
 }
 
 /// Gravity over time.

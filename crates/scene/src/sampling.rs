@@ -5,17 +5,15 @@
 //! horizontal in the plane of world x and z, so that the rod swings down in that plane; a helix hangs downwards.
 
 mod knot;
+mod number;
 mod table_1;
 mod tree;
 
 use crate::{Scene, SceneError, parse};
 
 pub use knot::{KNOT_STEPS, Knot};
-pub use table_1::{Helix, Rod};
+pub use table_1::{Helix, Rod, STEPS};
 pub use tree::{TREE_STEPS, Tree};
-
-/// Steps of a sampled rod or helix (Table 1: t in [0, 50 dt]).
-pub const STEPS: usize = 50;
 
 /// The paper's scenarios (section 4 and supplement).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,11 +102,6 @@ impl Parameters {
             Self::Tree(p) => p.to_toml(),
         }
     }
-}
-
-/// A number of a scene file, in full.
-fn number(value: f64) -> String {
-    toml::Value::Float(value).to_string()
 }
 
 /// The figures (a) to (g) of the supplement's "Dynamic Results", each with its scenes in the order of the text.

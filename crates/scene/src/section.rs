@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use rod::{InnerDamping, LineInertia, Section, Stiffness, Stretch};
 use toml::Spanned;
 
-use crate::bodies::length;
 use crate::error::{Result, Source};
 use crate::format;
+use crate::measures::length;
 use crate::properties::radii;
 use crate::shape::number_or;
 

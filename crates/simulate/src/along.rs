@@ -11,12 +11,12 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 use solver::statics::path::{PathEnd, PathEvent, PathParams, PathPoint, path};
 
-use crate::Outcome;
 use crate::at_rest::AtRest;
 use crate::cli::StaticArgs;
 use crate::files::PATH;
 use crate::numbers::number;
-use crate::statics::{Sought, begun, params, tell};
+use crate::outcome::Outcome;
+use crate::sought::{Sought, begun, params, tell};
 use terminal::{Progress, say};
 
 #[derive(Serialize)]

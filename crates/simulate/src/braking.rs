@@ -1,24 +1,7 @@
-//! How much the integrator brakes what goes round, driven or free.
-//!
-//! A step of Euler's rule takes `2 psi^2` of the kinetic energy of what turns the direction of its velocity by psi, one of backward
-//! differences of second order `psi^4`: that of an oscillation in two directions, whose other half is what holds it.
+//! How far velocities turn in a step.
 
-use std::f64::consts::TAU;
-use std::fmt::{self, Display, Formatter};
+use rod::{Model, State};
 
-use rod::{Body, Model, State};
-use scene::Scene;
-use serde::Serialize;
-use solver::integrator::Integrator;
-
-use crate::coarse::{Loss, at_stake};
-use crate::held::place;
-use crate::measured::Measured;
-
-/// Part of the energy at stake that is kinetic in the mean where something moves to speak of.
-const MOVES: f64 = 0.02;
-/// What goes round is two oscillations, whose losses its kinetic energy alone bears.
-const AS_AN_OSCILLATION: f64 = 2.0;
 /// A larger turn in a step is that of an impact, or of what shakes [rad].
 const SMOOTH: f64 = 0.5;
 
@@ -27,12 +10,12 @@ const SMOOTH: f64 = 0.5;
 pub(crate) struct Braking {
     /// Velocities a step before the frame that is measured next [m/s]; empty where they are not known.
     before: State,
-    steps: f64,
-    energy: f64,
-    turn: f64,
-    squared: f64,
+    pub(crate) steps: f64,
+    pub(crate) energy: f64,
+    pub(crate) turn: f64,
+    pub(crate) squared: f64,
     /// The segment with the largest share in `squared`, and that share.
-    most: (usize, f64),
+    pub(crate) most: (usize, f64),
 }
 
 impl Braking {
@@ -64,41 +47,5 @@ impl Braking {
             }
         }
         self.before.velocities.clear();
-    }
-}
-
-/// A motion that the integrator brakes much.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Braked {
-    /// What turns fastest, in words.
-    what: String,
-    /// Mean angle by which velocities turn in a step, weighted by their kinetic energy [rad].
-    turn_a_step_rad: f64,
-    /// Part of the kinetic energy that the integrator takes in a whole turn.
-    lost_a_turn: f64,
-    #[serde(flatten)]
-    loss: Loss,
-}
-
-impl Braked {
-    /// That of a run of `steps` steps; `None` where little is lost, where velocities turn by less than a whole turn, and where next to
-    /// nothing moves.
-    pub(crate) fn of(scene: &Scene, integrator: Integrator, steps: usize, measured: &Measured) -> Option<Self> {
-        let Braking { steps: seen, energy, turn, squared, most: (fastest, _), .. } = measured.braking;
-        let moves = energy > 0.0 && energy >= MOVES * at_stake(&scene.model, measured) * seen;
-        if !moves || turn / energy * (steps as f64) < TAU {
-            return None;
-        }
-        let psi = squared / turn;
-        let loss = Loss::of(integrator, psi, AS_AN_OSCILLATION, scene.run.dt)?;
-        let what = place(scene, Body::Segment(fastest));
-        Some(Self { what, turn_a_step_rad: psi, lost_a_turn: loss.part, loss })
-    }
-}
-
-impl Display for Braked {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self { what, loss, .. } = self;
-        loss.tell(f, format_args!("the kinetic energy of what goes round ({what}) in each turn"))
     }
 }

@@ -7,11 +7,11 @@ use serde::Serialize;
 use solver::statics::branches::{Branch, BranchParams, branches};
 use solver::statics::{StaticParams, equilibrium};
 
-use crate::Outcome;
 use crate::at_rest::AtRest;
 use crate::cli::StaticArgs;
 use crate::numbers::{energy_scale, number, unless_noise};
-use crate::statics::{Sought, begun, params, still, tell};
+use crate::outcome::Outcome;
+use crate::sought::{Sought, begun, params, still, tell};
 use terminal::{Progress, say};
 
 #[derive(Serialize)]

@@ -11,9 +11,9 @@ use solver::guess::GuessKind;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings};
 
-use crate::Outcome;
 use crate::choice::way;
 use crate::cli::Cli;
+use crate::outcome::Outcome;
 use crate::run;
 use crate::scenes::{scene, settings};
 use terminal::{Progress, say};

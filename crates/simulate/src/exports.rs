@@ -6,14 +6,15 @@ use scene::Scene;
 use serde::Deserialize;
 use terminal::say;
 
-use crate::Outcome;
+use crate::chosen::kept_scene;
 use crate::cli::ExportArgs;
 use crate::files::{SUMMARY, TRAJECTORY, Wanted, names};
 use crate::held::{Hold, hold_as};
-use crate::kept_scene::{SCENE, kept_scene};
+use crate::kept_scene::SCENE;
+use crate::named::{is_known, named};
+use crate::outcome::Outcome;
 use crate::rods;
-use crate::scenes::{is_known, named};
-use crate::statics::still;
+use crate::sought::still;
 
 /// Writes the files that are asked for into the folder of a run.
 pub(crate) fn export(args: &ExportArgs) -> Result<Outcome> {

@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 
-use crate::Outcome;
-use crate::scenes::random_names;
+use crate::named::random_names;
+use crate::outcome::Outcome;
 use terminal::say;
 
 /// Prints the scenes that come with the program.

@@ -3,9 +3,11 @@
 mod along;
 mod apart;
 mod at_rest;
+mod braked;
 mod braking;
 mod branches;
 mod choice;
+mod chosen;
 mod cli;
 mod coarse;
 mod curves;
@@ -21,7 +23,9 @@ mod learned_start;
 mod list;
 mod measured;
 mod modes;
+mod named;
 mod numbers;
+mod outcome;
 mod plots;
 mod rate;
 mod reached;
@@ -31,6 +35,7 @@ mod sample;
 mod scenes;
 mod sharp;
 mod solver_name;
+mod sought;
 mod statics;
 mod summary;
 mod view;
@@ -42,6 +47,7 @@ use anyhow::Result;
 use terminal::say;
 
 use crate::cli::{Cli, Command};
+use crate::outcome::Outcome;
 
 /// Exit code of a run with a step that was not solved to its tolerance, and of an equilibrium that was not found.
 const FAILED: u8 = 1;
@@ -50,18 +56,6 @@ const BAD_INPUT: u8 = 2;
 
 /// Commands that `evaluate` has.
 const MEASURING: [&str; 4] = ["compare", "guesses", "steps", "stress"];
-
-/// How a command ended.
-enum Outcome {
-    Done,
-    Interrupted,
-    /// The run went wrong, or could not go on: where and why.
-    Stuck(String),
-    /// The run came to its end with steps that were not solved to their tolerance: how many.
-    Inaccurate(String),
-    /// No equilibrium was found.
-    NotConverged,
-}
 
 /// Without arguments: a first look, and where to look next.
 fn first_run(cli: &Cli) -> Result<Outcome> {

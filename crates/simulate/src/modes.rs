@@ -13,12 +13,12 @@ use solver::modes::{Mode, modes_telling};
 use solver::statics::StaticParams;
 use view::{Frame, Recorder};
 
-use crate::Outcome;
 use crate::cli::ModesArgs;
 use crate::curves::names;
 use crate::files::{Files, MODES, write_player};
 use crate::numbers::number;
-use crate::statics::{Sought, begun, tell};
+use crate::outcome::Outcome;
+use crate::sought::{Sought, begun, tell};
 use terminal::{Progress, say};
 
 /// Frames in which a shape swings once.

@@ -6,7 +6,7 @@ use rod::Body;
 use scene::Scene;
 
 use crate::cli::RunArgs;
-use crate::scenes::ALIKE;
+use crate::named::ALIKE;
 
 /// Names that an error lists, at most.
 const LISTED: usize = 20;

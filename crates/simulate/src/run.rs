@@ -18,7 +18,6 @@ use solver::snapshot::Snapshot;
 use solver::step::{Status, StepParams};
 use solver::topology::Topology;
 
-use crate::Outcome;
 use crate::apart::Apart;
 use crate::choice::{Way, way};
 use crate::cli::{RunArgs, SceneArgs};
@@ -26,6 +25,7 @@ use crate::held::hold_snapshot;
 use crate::keep::{Keep, Rhythm};
 use crate::measured::Measured;
 use crate::numbers::number;
+use crate::outcome::Outcome;
 use crate::rate::Rate;
 use crate::reached::Reached;
 use crate::rods;

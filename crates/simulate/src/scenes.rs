@@ -1,22 +1,22 @@
 //! From the command line to a scene and settings.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context as _, Error, Result, anyhow, bail};
-use clap::CommandFactory;
 use export::TrajectoryReader;
 use rod::{Body, Model, Pose};
-use scene::sampling::{Family, Parameters};
-use scene::{Origin, Scene, SceneError, SceneText};
+use scene::{Origin, Scene, SceneText};
 use solver::simulation::{Overlap, Overlapped, Settings};
 use solver::snapshot::Snapshot;
 use solver::statics::{StaticParams, equilibrium};
 
-use crate::cli::{BeginArgs, Cli, OfScene, SceneArgs};
+use crate::chosen::chosen;
+use crate::cli::{BeginArgs, SceneArgs};
 use crate::files::TRAJECTORY;
 use crate::going_on::{Found, Label, hash, hash_of_segments, place_of_snapshot, read_snapshot};
 use crate::held::{self, Hold, hold_as, hold_frame};
-use crate::kept_scene::{self, chosen};
+use crate::kept_scene;
+use crate::named::is_known;
 use crate::numbers::number;
 
 /// The scene that runs where none is named.
@@ -135,58 +135,6 @@ pub(crate) fn begin_with_frame(scene: &mut Scene, begin: &BeginArgs) -> Result<V
     Ok(holds)
 }
 
-/// Names of random scenes.
-const RANDOM: [(&str, Family); 4] = [
-    ("random-rod", Family::Rod),
-    ("random-helix", Family::Helix),
-    ("random-knot", Family::Knot),
-    ("random-tree", Family::Tree),
-];
-
-/// The names of random scenes, in words.
-pub(crate) fn random_names() -> String {
-    RANDOM.map(|(name, _)| name).join(", ")
-}
-
-/// Whether a scene that comes with the program, or is drawn at random, has this name.
-pub(crate) fn is_known(name: &str) -> bool {
-    RANDOM.iter().any(|&(random, _)| random == name) || scene::builtins().iter().any(|builtin| builtin.name == name)
-}
-
-/// The scene file, builtin or random scene of this name.
-pub(crate) fn named(name: &str, of: &OfScene) -> Result<Scene> {
-    let OfScene { seed, index, set } = of;
-    let (seed, index) = (*seed, *index);
-    if let Some((_, family)) = RANDOM.into_iter().find(|&(random, _)| random == name) {
-        if let Some(setting) = set.first() {
-            bail!("--set {setting}: {name} is drawn at random, without a file whose keys could be changed");
-        }
-        let scene = Parameters::sample(family, seed.unwrap_or(0), index.unwrap_or(0)).scene()?;
-        return Ok(Scene { name: name.to_owned(), ..scene });
-    }
-    for (flag, given) in [("--seed", seed.is_some()), ("--index", index.is_some())] {
-        if given {
-            bail!("{flag} needs a random scene ({}), but the scene is {name}", random_names());
-        }
-    }
-    let is_file = name.ends_with(".toml") || name.contains(['/', '\\']);
-    let found = if is_file { scene::load_set(name, set) } else { scene::builtin_set(name, set) };
-    found.map_err(|error| match error {
-        SceneError::Read { file, source } if file == name => {
-            let is_missing = source.kind() == std::io::ErrorKind::NotFound;
-            let hint = if is_missing { " (`simulate list` shows the scenes that come with the program)" } else { "" };
-            anyhow!("cannot read the scene {file}: {source}{hint}")
-        }
-        SceneError::Read { file, source } => anyhow!("cannot read {file}: {source}"),
-        SceneError::UnknownBuiltin { name, .. } => unknown(&name),
-        setting @ SceneError::Setting { .. } => anyhow!("--set {setting}"),
-        invalid @ SceneError::Invalid { .. } => invalid.into(),
-    })
-}
-
-/// Similarity, of 0 to 1, from which a name is taken for a slip of the pen.
-pub(crate) const ALIKE: f64 = 0.7;
-
 /// What overlaps at the start, in the words of the scene, and where it stands in its file.
 pub(crate) fn overlapping(scene: &Scene, args: &SceneArgs, overlap: &Overlap) -> Error {
     let Overlap { segment, rod, other, depth, pairs } = *overlap;
@@ -210,22 +158,6 @@ pub(crate) fn overlapping(scene: &Scene, args: &SceneArgs, overlap: &Overlap) ->
     let line = line.and_then(|(rod, text)| scene::line_of(&text, &rod.name)).map(|line| format!(":{line}"));
     let line = line.unwrap_or_default();
     anyhow!("{file}{line}: {what} at the start{more}; move them apart, or allow it (`contact.allow_overlap`)")
-}
-
-/// The error of a scene that does not exist: what may have been meant, and where to look.
-fn unknown(name: &str) -> Error {
-    if Path::new(name).is_file() {
-        return anyhow!("{name} is a file, but the name of a scene's file ends in .toml");
-    }
-    let cli = Cli::command();
-    let commands = cli.get_subcommands().map(|command| (command.get_name(), "the command "));
-    let scenes = scene::builtins().into_iter().map(|builtin| (builtin.name, ""));
-    let random = RANDOM.map(|(name, _)| (name, ""));
-    let known: Vec<_> = scenes.chain(random).chain(commands).collect();
-    let nearest = scene::nearest(name, known.iter().map(|(known, _)| *known), ALIKE);
-    let meant = nearest.and_then(|nearest| known.iter().find(|(known, _)| *known == nearest));
-    let meant = meant.map(|(known, what)| format!("; did you mean {what}`{known}`?")).unwrap_or_default();
-    anyhow!("there is no scene `{name}`{meant} (`simulate list` shows all; the name of a file ends in .toml)")
 }
 
 /// Settings with the formulation and the tolerances of the arguments; the absolute one goes down with the relative one.

@@ -5,43 +5,18 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use rod::measure;
-use scene::Scene;
 use serde::Serialize;
 use solver::simulation::{ContactForce, Touched};
-use solver::statics::{StaticParams, equilibrium};
+use solver::statics::equilibrium;
 
-use crate::Outcome;
 use crate::at_rest::AtRest;
-use crate::cli::{RestArgs, StaticArgs};
-use crate::files::Written;
-use crate::kept_scene::chosen;
+use crate::cli::StaticArgs;
 use crate::learned_start::{self, Begin};
 use crate::numbers::{energy_scale, number, share, unless_noise};
+use crate::outcome::Outcome;
+use crate::sought::{Sought, begun, params, still, tell};
 use crate::{along, branches, scenes};
 use terminal::{Progress, say};
-
-/// The scene that is looked at where none is named.
-const FIRST: &str = "heavy-cantilever";
-
-/// What every report of something at rest has.
-#[derive(Serialize)]
-pub(crate) struct Sought {
-    pub(crate) scene: String,
-    pub(crate) segments: usize,
-    /// Whether what was looked for was found.
-    pub(crate) converged: bool,
-    /// Linear solves, over all connected sets.
-    pub(crate) linear_solves: usize,
-    pub(crate) wall_s: f64,
-}
-
-impl Sought {
-    /// That of a search that began at this time.
-    pub(crate) fn new(scene: &Scene, converged: bool, linear_solves: usize, begin: Instant) -> Self {
-        let wall_s = begin.elapsed().as_secs_f64();
-        Self { scene: scene.name.clone(), segments: scene.state.len(), converged, linear_solves, wall_s }
-    }
-}
 
 #[derive(Serialize)]
 struct Report {
@@ -87,53 +62,6 @@ struct Press {
     obstacle: usize,
     place_m: [f64; 3],
     force_n: [f64; 3],
-}
-
-/// The scene whose equilibrium is looked for, with the state in which the search begins.
-pub(crate) fn begun(args: &RestArgs) -> Result<Scene> {
-    let from = args.begin.from.as_ref().map(|origin| origin.folder.clone());
-    let mut scene = chosen(args.scene.as_deref(), from, FIRST, &args.of)?;
-    scenes::begin_with_frame(&mut scene, &args.begin)?;
-    Ok(scene)
-}
-
-/// A scene in which nothing is driven and nothing changes from time 0 on.
-pub(crate) fn still(mut scene: Scene) -> Scene {
-    scene.model.motions.clear();
-    scene.model.changes.clear();
-    scene.model.contacts.obstacles.iter_mut().for_each(|obstacle| obstacle.motion = None);
-    scene
-}
-
-/// Prints a report, and what was written beside it.
-pub(crate) fn tell<T: Serialize>(
-    report: &T,
-    json: bool,
-    closed: Result<Option<Written>>,
-    print: impl FnOnce(&T) -> Result<()>,
-) -> Result<()> {
-    if json {
-        say!("{}", serde_json::to_string_pretty(report)?)?;
-        return closed.map(drop);
-    }
-    print(report)?;
-    if let Some(written) = closed? {
-        say!("written to {}: {}", written.directory.display(), written.names.join(", "))?;
-        if let Some(page) = written.page() {
-            say!("open {}", page.display())?;
-        }
-    }
-    Ok(())
-}
-
-/// What the arguments ask of an equilibrium.
-pub(crate) fn params(args: &StaticArgs) -> StaticParams {
-    StaticParams {
-        method: args.method,
-        leave_unstable: !args.rest.keep_unstable,
-        tolerance: args.tolerance,
-        ..StaticParams::default()
-    }
 }
 
 /// Finds the equilibrium, or several, as the arguments ask.

@@ -13,7 +13,7 @@ use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
 
 use crate::apart::Apart;
-use crate::braking::Braked;
+use crate::braked::Braked;
 use crate::coarse::TooCoarse;
 use crate::files::Written;
 use crate::held::Hold;

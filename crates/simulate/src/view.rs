@@ -7,9 +7,9 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use terminal::say;
 
-use crate::Outcome;
 use crate::cli::ViewArgs;
 use crate::files::{PAGE, RUN};
+use crate::outcome::Outcome;
 
 /// How every page that plays runs begins; no other file is written over.
 const PAGE_BEGINS: &[u8] = b"<!doctype html>\n<html lang=\"en\" data-state=\"loading\">\n";

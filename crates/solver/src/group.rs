@@ -13,7 +13,6 @@ use crate::formulation::Tangent;
 use crate::kernel::lane::{Lanes, Real};
 use crate::limits::GROUP;
 use crate::linear::direct::Direct;
-use crate::piece::Piece;
 use crate::retry;
 use crate::snapshot::Tape;
 use crate::start::NoGuess;
@@ -65,12 +64,9 @@ impl Group {
         }
     }
 
-    /// The group, or its sets one by one where the exact tangent would know of bodies that are held in some lanes alone.
-    pub(crate) fn into_pieces(self) -> Vec<Piece> {
-        if self.exact.is_none() || self.component.is_held_alike() {
-            return vec![Piece::Group(Box::new(self))];
-        }
-        self.apart().map(|set| Piece::Single(Box::new(set))).collect()
+    /// Whether its sets can go side by side: the exact tangent knows of no bodies that are held in some lanes alone.
+    pub(crate) fn goes_together(&self) -> bool {
+        self.exact.is_none() || self.component.is_held_alike()
     }
 
     /// Keeps what derivatives need of each step from now on.

@@ -21,6 +21,16 @@ pub(crate) enum Piece {
     Lockstep(Box<Lockstep>),
 }
 
+impl Group {
+    /// The group, or its sets one by one where they cannot go side by side.
+    pub(crate) fn into_pieces(self) -> Vec<Piece> {
+        if self.goes_together() {
+            return vec![Piece::Group(Box::new(self))];
+        }
+        self.apart().map(|set| Piece::Single(Box::new(set))).collect()
+    }
+}
+
 impl Piece {
     pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
         match self {

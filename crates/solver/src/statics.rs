@@ -11,45 +11,23 @@ mod flow;
 mod newton;
 mod params;
 pub mod path;
+mod report;
 pub mod rest;
 
 use rod::{JointForce, Model, State};
 
 use crate::component::{Component, Members, split};
-use crate::contact::ContactForce;
 use crate::linear::solvers::SolverKind;
 use crate::simulation::SimulationError;
 
 use contact::Contacts;
 
 pub use params::{StaticMethod, StaticParams, StaticParamsError};
+pub use report::StaticReport;
 
 /// In wind, sets of more segments than this are left to the flow at once: of trees, one of 206 comes to rest by Newton's method,
 /// those of 355, 656 and 1,061 spend its solves in vain.
 const MOST_IN_WIND: usize = 300;
-
-/// What the analysis came to.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct StaticReport {
-    /// Whether nothing moves any more.
-    pub converged: bool,
-    /// Steps (linear solves) taken, over all connected sets.
-    pub steps: usize,
-    /// Loops of Newton's method in wind, over all connected sets: in each the drag stays as it was at its beginning. Without air
-    /// one a set.
-    pub loops: usize,
-    /// Most linear solves of any of these loops.
-    pub most_in_loop: usize,
-    /// Largest movement in the last step of any connected set.
-    pub movement: f64,
-    /// Whether the energy is at a minimum, by the signs of the tangent's eigenvalues; in wind, that in the drag as it is there.
-    /// What nothing resists counts as stable. `None` where there is no equilibrium, and where the flow found it.
-    pub stable: Option<bool>,
-    /// What presses on segments of sets that are at rest, in the order of the connected sets.
-    pub contacts: Vec<ContactForce>,
-    /// What each joint transmits, one entry a joint of the model.
-    pub forces: Vec<JointForce>,
-}
 
 /// Brings `state` to equilibrium; velocities are set to zero. Rods that lie in an obstacle come out of it.
 ///

@@ -13,6 +13,7 @@ mod chapter;
 mod coarse;
 mod curve;
 mod decoded;
+mod deflate;
 mod error;
 mod mark;
 mod obstacle;
@@ -33,5 +34,3 @@ pub use quaternion::ORIENTATION_PRECISION;
 pub use recorder::{Frame, Recorder};
 pub use run::Run;
 pub use store::{read_run, write_run};
-
-pub(crate) use recorder::deflated;

@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 use rod::{Body, Model, State};
 use serde::{Deserialize, Serialize};
 
-use crate::{DecodeError, coarse, deflated, track};
+use crate::deflate::deflated;
+use crate::{DecodeError, coarse, track};
 
 /// Contacts of a frame that are kept: those that press most.
 const MOST_CONTACTS: usize = 200;

@@ -1,11 +1,5 @@
 //! Recording a run, frame by frame.
 
-use std::io::Write;
-
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
 use nalgebra::Vector3;
 use rod::{Body, JointForce, Model, State, curvature, successors};
 
@@ -13,6 +7,7 @@ use crate::body::Bodies;
 use crate::channel::{Channel, Range};
 use crate::chapter::Chapter;
 use crate::curve::Curve;
+use crate::deflate::deflated;
 use crate::mark::{self, Contacts, Grip, Load, Pressing};
 use crate::obstacle::{Moved, Obstacle};
 use crate::run::{Format, Lattice, ORIENTATION, Run, Segments};
@@ -279,12 +274,4 @@ fn drawn(model: &Model) -> Segments {
     let next = successors(model).into_iter().map(|next| next.map(|next| next.segment)).collect();
     let (length, radius) = model.segments.iter().map(|s| (s.length, s.radius)).unzip();
     Segments { length, radius, next, rod: model.segments.iter().map(|s| s.rod).collect() }
-}
-
-/// A zlib stream of `data`, in base64.
-pub(crate) fn deflated(data: &[u8]) -> String {
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
-    // Writing into memory cannot fail; a stream that did would be seen as damaged by `Run::decode`.
-    let _ = encoder.write_all(data);
-    STANDARD.encode(encoder.finish().unwrap_or_default())
 }

@@ -26,6 +26,7 @@ mod sections;
 mod stability;
 mod starts;
 mod statics;
+mod structure;
 mod suture;
 mod tower;
 mod trees_and_loops;

@@ -21,9 +21,9 @@ use terminal::{Progress, threads};
 use self::branched::Branched;
 use self::single::Single;
 use self::subject::Subject;
-use crate::cli::threads_or_cores;
-use crate::course::with_ending;
-use crate::run::Outcome;
+use crate::outcome::Outcome;
+use crate::paths::with_ending;
+use crate::plan::threads_or_cores;
 
 /// Queries that are solved between two looks at Ctrl-C.
 const CHUNK: u64 = 4096;

@@ -10,8 +10,8 @@ use evaluation::ablation::{Architecture, Budget, CellKey, Grid, SCHEMA_VERSION, 
 use terminal::{shard, threads};
 
 use super::folder::Folder;
-use crate::cli::{Plan, Recipe, Schedule, SetArgs, TrainArgs, whole};
 use crate::data;
+use crate::plan::{Plan, Recipe, Schedule, SetArgs, TrainArgs, whole};
 
 /// Seed of the scenes to measure on; the data sets have another.
 const TEST_SEED: u64 = 1;

@@ -19,10 +19,11 @@ use solver::linear::precondition::PreconditionerKind;
 use solver::simulation::{GuessFactory, Settings};
 use solver::topology::Topology;
 
-use crate::cli::Plan;
-use crate::course::{Course, with_ending};
+use crate::course::Course;
 use crate::lesson::Taught;
-use crate::run;
+use crate::outcome::Outcome;
+use crate::paths::with_ending;
+use crate::plan::Plan;
 
 /// Trains a cell, or goes on with it where it was cut off, and measures it; `None` where `stopped` came first. After
 /// each measurement on validation scenes `report` hears of it, and of the nodes that were visited in a second.
@@ -39,7 +40,7 @@ pub(crate) fn run(
     if course.state_file().exists() {
         course.resume()?;
     }
-    if matches!(course.train(stopped, report)?, run::Outcome::Interrupted) {
+    if matches!(course.train(stopped, report)?, Outcome::Interrupted) {
         return Ok(None);
     }
     let training_s = course.seconds();

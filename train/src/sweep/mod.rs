@@ -14,9 +14,10 @@ use evaluation::ablation::{CellKey, GuessSavings, NetworkOutcome};
 
 use self::args::{SweepArgs, SweepCommand};
 use self::folder::Folder;
-use crate::cli::threads_or_cores;
 use crate::lesson::Taught;
-use crate::run::{Outcome, listen};
+use crate::outcome::Outcome;
+use crate::plan::threads_or_cores;
+use crate::run::listen;
 
 /// Runs `train sweep` or `train sweep merge`.
 pub(crate) fn run(args: &SweepArgs) -> Result<Outcome> {

@@ -48,7 +48,7 @@ impl Order {
                 self.codes.push(NONE);
             }
         }
-        self.indices.resize(super::sum_up(&mut self.ends), 0);
+        self.indices.resize(sum_up(&mut self.ends), 0);
         for (index, &code) in self.codes.iter().enumerate().rev() {
             if code != NONE {
                 let end = &mut self.ends[code as usize];
@@ -62,6 +62,16 @@ impl Order {
     pub(super) fn indices(&self) -> &[u32] {
         &self.indices
     }
+}
+
+/// Turns numbers into ends, the sums up to each of them, and returns the last one.
+pub(super) fn sum_up(numbers: &mut [u32]) -> usize {
+    let mut sum = 0;
+    for number in numbers {
+        sum += *number;
+        *number = sum;
+    }
+    sum as usize
 }
 
 /// Whether a box is finite and has `min <= max`.

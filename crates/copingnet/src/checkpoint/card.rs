@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use export::ExportError as CheckpointError;
 use graph::Norms;
 use serde::{Deserialize, Serialize};
 
-use super::{Checkpoint, CheckpointError, Simulated};
-use crate::{Features, Head, NetworkConfig, Output};
+use super::simulated::Simulated;
+use crate::{Encoding, Features, Head, NetworkConfig, Output};
 
 /// Version of the card and of the weights' file.
 const SCHEMA_VERSION: u32 = 1;
@@ -143,8 +144,9 @@ pub(super) struct Stored {
 }
 
 impl Stored {
-    pub(super) fn new(checkpoint: &Checkpoint, weights_blake3: String) -> Self {
-        let Checkpoint { card, encoding, weights } = checkpoint.clone();
+    /// Of a checkpoint's parts, and the hash of its weights' file.
+    pub(super) fn new(card: &Card, encoding: &Encoding, network: NetworkConfig, weights_blake3: String) -> Self {
+        let card = card.clone();
         Self {
             schema_version: SCHEMA_VERSION,
             program_version: card.program_version,
@@ -155,7 +157,7 @@ impl Stored {
             head: encoding.head,
             data_blake3: card.data_blake3,
             weights_blake3,
-            network: *weights.config(),
+            network,
             norms: encoding.norms,
             simulated: card.simulated,
             training: card.training,

@@ -100,7 +100,12 @@ impl Checkpoint {
     pub fn save(&self, path: &Path) -> Result<(), CheckpointError> {
         let files = Files::of(path);
         let weights = tensors::to_bytes(&self.tensors()).map_err(CheckpointError::io("write", &files.weights))?;
-        let stored = Stored::new(self, blake3::hash(&weights).to_hex().to_string());
+        let stored = Stored::new(
+            &self.card,
+            &self.encoding,
+            *self.weights.config(),
+            blake3::hash(&weights).to_hex().to_string(),
+        );
         stored.check(&files.card)?;
         let card = export::seal(&stored).map_err(CheckpointError::io("write", &files.card))?;
         Self::read(&files, card.as_bytes(), &weights)?;

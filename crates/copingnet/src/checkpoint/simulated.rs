@@ -3,10 +3,9 @@
 use std::fmt;
 use std::path::Path;
 
+use export::ExportError as CheckpointError;
 use serde::{Deserialize, Serialize};
 use solver::integrator::Integrator;
-
-use super::CheckpointError;
 
 /// How the trajectories of a data set were simulated, as far as what is learned from them depends on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use export::ExportError as CheckpointError;
 use safetensors::Dtype;
 use serde::{Deserialize, Serialize};
 
+use super::card::Leg;
 use super::tensors::{self, Tensor, Tensors};
-use super::{CheckpointError, Leg};
 
 /// Version of the file.
 const SCHEMA_VERSION: u32 = 1;

@@ -4,9 +4,9 @@ use std::collections::{BTreeSet, HashMap};
 use std::io;
 use std::path::Path;
 
+use export::ExportError as CheckpointError;
 use safetensors::tensor::{Dtype, SafeTensors};
 
-use super::CheckpointError;
 use crate::TensorSpec;
 
 /// A tensor to be written.

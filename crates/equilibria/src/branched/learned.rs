@@ -13,8 +13,8 @@ use super::star::Star;
 use super::start::{Begin, CLASSES, SIGNS, Stars};
 use crate::known::Known;
 use crate::network::{Perceptron, WeightsError};
+use crate::problem::{Starts, places};
 use crate::scaled::Cut;
-use crate::start::{Starts, places};
 
 /// Sine modes of each of a quaternion's four parts, of each arm.
 pub const MODES: usize = 6;

@@ -1,15 +1,29 @@
-//! What is asked: three cables that meet, and the grips that hold them.
+//! What is asked: three cables that meet at a junction, and the grips that hold them.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-use super::star::Junction;
 use crate::query::{Cable, Grip, Query, QueryError};
 
 /// Arms of a cable.
 pub const ARMS: usize = 3;
+
+/// The pose of a junction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Junction {
+    /// Where it is: [m] in an answer, over L from the first grip without units.
+    pub position: Vector3<f64>,
+    /// Its frame, see [`directions`].
+    pub orientation: UnitQuaternion<f64>,
+}
+
+impl Default for Junction {
+    fn default() -> Self {
+        Self { position: Vector3::zeros(), orientation: UnitQuaternion::identity() }
+    }
+}
 
 /// A cable with three arms, and three grips. Arm k runs from grip k to the junction.
 #[derive(Clone, Copy, Debug, PartialEq)]

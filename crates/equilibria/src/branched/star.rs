@@ -3,23 +3,9 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+pub use super::query::Junction;
 use super::query::{ARMS, BranchedQuery, directions};
 use crate::scaled::Scaled;
-
-/// The pose of a junction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Junction {
-    /// Where it is: [m] in an answer, over L from the first grip without units.
-    pub position: Vector3<f64>,
-    /// Its frame, see [`directions`].
-    pub orientation: UnitQuaternion<f64>,
-}
-
-impl Default for Junction {
-    fn default() -> Self {
-        Self { position: Vector3::zeros(), orientation: UnitQuaternion::identity() }
-    }
-}
 
 /// A branched query without units. The first grip is the origin.
 #[derive(Clone, Copy, Debug)]

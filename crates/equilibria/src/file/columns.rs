@@ -2,7 +2,8 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::{Header, Row, Tabled, wrench_names};
+use super::table::{Header, Row, Tabled};
+use super::writer::wrench_names;
 use crate::answer::{Equilibrium, Wrench};
 use crate::query::{Cable, Carried, Grip, Query};
 use crate::scaled::Scaled;

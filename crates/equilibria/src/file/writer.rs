@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use export::{ExportError, TableWriter, Tensor, write_atomically};
 use safetensors::Dtype;
 
-use super::Tabled;
+use super::table::Tabled;
 use crate::answer::Answer;
 
 /// Columns of each table of answers.

@@ -21,8 +21,8 @@ use terminal::{Progress, positive};
 
 use super::random::{dropped, plan, solves_table};
 use super::{OutputArgs, at_least_one, conditions, with_networks};
-use crate::Outcome;
 use crate::blocks::table;
+use crate::outcome::Outcome;
 use crate::show::number;
 use crate::ways::{PRECONDITIONERS, cap};
 

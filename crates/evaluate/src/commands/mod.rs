@@ -13,7 +13,8 @@ use clap::Args;
 use report::{Block, Conditions, Page, Section, wrapped};
 use terminal::{Progress, say};
 
-use crate::{Outcome, make};
+use crate::make;
+use crate::outcome::Outcome;
 
 /// Characters of a line on the terminal.
 const WIDTH: u16 = 120;

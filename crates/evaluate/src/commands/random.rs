@@ -23,9 +23,9 @@ use solver::step::StepParams;
 use terminal::{Progress, positive};
 
 use super::{OutputArgs, at_least_one, conditions, with_networks};
-use crate::Outcome;
 use crate::blocks::table;
 use crate::library::Guesses;
+use crate::outcome::Outcome;
 use crate::show::number;
 use crate::ways::PRECONDITIONERS;
 

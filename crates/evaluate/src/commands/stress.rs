@@ -8,7 +8,7 @@ use solver::integrator::Integrator;
 use terminal::Progress;
 
 use super::{OutputArgs, conditions};
-use crate::Outcome;
+use crate::outcome::Outcome;
 use crate::sections::stability::show as stability;
 
 #[derive(Args, Debug)]

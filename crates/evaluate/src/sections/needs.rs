@@ -1,5 +1,6 @@
 //! What a scene needs: the cost of each stage, and what was left out.
 
+mod key;
 mod show;
 
 use std::collections::BTreeMap;
@@ -7,18 +8,11 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use evaluation::needs::{self, Needs};
 use report::Section as PageSection;
-use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
 
 use crate::cells::Section;
 use crate::context::Context;
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct NeedsKey {
-    scene: String,
-    formulation: String,
-    steps: usize,
-}
+use key::NeedsKey;
 
 pub(crate) struct Scenes;
 

@@ -1,35 +1,20 @@
 //! The paper's figure on performance: over the number of segments, and where else a guess may begin to pay, over
 //! stiffness and tolerance.
 
+mod key;
 mod show;
 
 use std::collections::BTreeMap;
 
 use anyhow::Result;
-use dataset::Scenario;
 use evaluation::paper::performance::{self, Point};
 use scene::sampling::{Helix, Parameters, Rod};
-use serde::{Deserialize, Serialize};
 
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
 use crate::sections::paper::{BLOCK_JACOBI, FREE, RAW, SEED, solver, with_guesses};
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct PerformanceKey {
-    scenario: Scenario,
-    /// "segments", "stiffness" or "tolerance"; all else is drawn as in Table 1.
-    varied: String,
-    value: f64,
-    preconditioner: String,
-    tolerance: f64,
-    simulations: usize,
-    steps: usize,
-    /// Of all, for times: see [`performance::measure`].
-    repeats: usize,
-    seed: u64,
-}
+use key::{PerformanceKey, TOLERANCE};
 
 pub(crate) struct Performance;
 
@@ -39,13 +24,11 @@ const SEGMENTS: [[f64; 8]; 2] =
 /// Moduli [Pa].
 const MODULI: [f64; 6] = [1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
 const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
-/// Tolerance where it is not varied: the cell in which the paper's figures can be had.
-const TOLERANCE: f64 = 1e-4;
 
 impl Section for Performance {
     type Key = PerformanceKey;
     type Value = Point;
-    const ID: &'static str = "performance";
+    const ID: &'static str = key::ID;
 
     fn keys(&self, context: &Context) -> Result<Vec<PerformanceKey>> {
         let size = context.size;

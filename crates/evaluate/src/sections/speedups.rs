@@ -1,5 +1,6 @@
 //! The paper's total speed-ups: collisions, the knot, trees in wind.
 
+mod key;
 mod show;
 
 use std::collections::BTreeMap;
@@ -7,29 +8,13 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use evaluation::paper::entries;
 use evaluation::paper::speedup::{self, SceneRun};
-use scene::Scene;
-use scene::sampling::{Parameters, Tree};
-use serde::{Deserialize, Serialize};
 
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
 use crate::sections::paper::{BLOCK_JACOBI, RAW, SEED, solver, with_guesses};
 use crate::ways::cap;
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct SpeedupsKey {
-    /// Of trees, "trees-" and the number of rods.
-    scene: String,
-    /// Repetition; of trees, the topology.
-    index: u64,
-    steps: usize,
-    /// Of all, for times: see [`speedup::measure`].
-    repeats: usize,
-    preconditioner: String,
-    tolerance: f64,
-    seed: u64,
-}
+use key::{SpeedupsKey, scene_of};
 
 pub(crate) struct Speedups;
 
@@ -45,7 +30,7 @@ const SOLVERS: [(&str, f64); 2] = [(RAW, 1e-4), (BLOCK_JACOBI, 1e-4)];
 impl Section for Speedups {
     type Key = SpeedupsKey;
     type Value = SceneRun;
-    const ID: &'static str = "speedups";
+    const ID: &'static str = key::ID;
 
     fn keys(&self, context: &Context) -> Result<Vec<SpeedupsKey>> {
         let size = context.size;
@@ -100,9 +85,4 @@ impl Section for Speedups {
     fn claims(&self, _: &Context, cells: &[(&SpeedupsKey, &SceneRun)]) -> Result<BTreeMap<String, String>> {
         Ok(show::claims(cells))
     }
-}
-
-fn scene_of(key: &SpeedupsKey) -> Result<Scene> {
-    let Some(rods) = key.scene.strip_prefix("trees-") else { return Ok(scene::builtin(&key.scene)?) };
-    Ok(Parameters::Tree(Tree { rods: rods.parse()?, ..Tree::sample(key.seed, key.index) }).scene()?)
 }

@@ -1,5 +1,6 @@
 //! The stability report: stiff and extreme cases in all formulations, and learned guesses far outside of their training.
 
+mod key;
 pub(crate) mod show;
 
 use anyhow::{Context as _, Result};
@@ -7,7 +8,6 @@ use catalogue::rows;
 use dataset::Scenario;
 use evaluation::stress::{self, Case, CaseRun};
 use graph::planar_normal;
-use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::linear::cg::CgParams;
@@ -18,20 +18,7 @@ use solver::simulation::Settings;
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct StabilityKey {
-    case: String,
-    formulation: String,
-    /// Name of the start; of a learned one, "rod" or "helix" first.
-    start: String,
-    solver: String,
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Value {
-    row: CaseRun,
-}
+use key::{DIRECT, StabilityKey, Value, ZERO};
 
 /// The section, with its cases.
 pub(crate) struct Stability {
@@ -44,9 +31,7 @@ impl Default for Stability {
     }
 }
 
-const DIRECT: &str = "direct";
 const CG: &str = "cg block-jacobi to 1e-6";
-const ZERO: &str = "zero";
 /// Largest scene on which conjugate gradients from learned guesses are tried.
 const LARGEST: usize = 1000;
 

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Air, Assembly, Damping, Material, RestShape, RodSpec, Stretch, Wind, shape};
 
-use super::{Case, case};
+use super::case::{Case, case};
 
 pub(super) const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 

@@ -6,8 +6,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use rod::{Assembly, Contacts, Friction, Material, Obstacle, ObstacleShape, RodSpec, Surface, shape};
 use solver::formulation::Formulation;
 
+use super::case::{Case, case};
 use super::cases::GRAVITY;
-use super::{Case, case};
 
 /// Number of rods in the pile.
 pub const PILE_RODS: usize = 1000;

@@ -1,33 +1,19 @@
 //! The stability table: stiff, slack, tiny, huge and degenerate cases, each with its status.
 
+mod case;
 mod cases;
 mod contact;
 
 use std::time::Instant;
 
-use rod::{Assembly, Model, State, measure};
+use rod::{Model, measure};
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
 
+pub use case::Case;
 pub use contact::PILE_RODS;
-
-/// A case of the table.
-pub struct Case {
-    /// Name.
-    pub name: String,
-    /// What moves.
-    pub model: Model,
-    /// From where.
-    pub state: State,
-    /// Time step [s].
-    pub dt: f64,
-    /// Number of steps.
-    pub steps: usize,
-    /// Formulations that it is run in: all, but for cases that take long.
-    pub formulations: &'static [Formulation],
-}
 
 /// A row of the table: one case in one formulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -136,9 +122,4 @@ fn rounding(model: &Model) -> f64 {
 /// All cases.
 pub fn cases() -> Vec<Case> {
     cases::all().into_iter().chain([contact::stack(), contact::impact(), contact::pile()]).collect()
-}
-
-fn case(name: impl Into<String>, assembly: Assembly, dt: f64, steps: usize) -> Case {
-    let (model, state) = assembly.finish();
-    Case { name: name.into(), model, state, dt, steps, formulations: &Formulation::ALL }
 }

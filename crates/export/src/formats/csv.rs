@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use nalgebra::UnitQuaternion;
 use rod::{Joint, Model, MovingPose, Pose, Reaction, ReactionParts, State, curvature};
 
-use super::Frame;
+use super::format::OBSTACLES_FILE;
+use super::frame::Frame;
 use crate::file::{Staged, stage};
 use crate::naming::{csv_field, number};
 use crate::{ExportError, Names, TrajectoryReader};
@@ -18,8 +19,6 @@ const REACTIONS: &str =
     "frame,time_s,body,body_name,force_x_n,force_y_n,force_z_n,moment_x_n_m,moment_y_n_m,moment_z_n_m";
 const OBSTACLES: &str = "frame,time_s,obstacle,obstacle_name,x_m,y_m,z_m,qw,qx,qy,qz,v_x_m_per_s,v_y_m_per_s,v_z_m_per_s,\
                          w_x_rad_per_s,w_y_rad_per_s,w_z_rad_per_s";
-/// Only where there are obstacles.
-pub(super) const OBSTACLES_FILE: &str = "obstacles.csv";
 const JOINTS: &str = "frame,time_s,joint,a,a_name,b,b_name,curvature_per_m";
 /// Columns that only a trajectory with the forces of joints has.
 const FORCES: &str = ",tension_n,force_x_n,force_y_n,force_z_n,moment_x_n_m,moment_y_n_m,moment_z_n_m";

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Matrix4, Quaternion};
 use rod::{Mesh, Model, Pose, State};
 
-use super::Frame;
 use super::centrelines::Centrelines;
+use super::frame::Frame;
 use super::solids::Solid;
 use crate::file::stage;
 use crate::{ExportError, Format, Names, TrajectoryReader};
@@ -20,7 +20,7 @@ mod document;
 mod tube;
 
 use document::{Clip, Document};
-use tube::Tube;
+use tube::{Tube, write_floats};
 
 /// Joints of a skin are numbered in 16 bits in vertices (section 3.7.3.3): longer rods are cut into several.
 const MAX_JOINTS: usize = u16::MAX as usize;
@@ -159,10 +159,6 @@ fn inverse_bind(state: &State, segment: usize) -> [f32; 16] {
     let inverse = state.orientations[segment].inverse();
     let matrix = Matrix4::new_translation(&-(inverse * state.positions[segment])) * inverse.to_homogeneous();
     std::array::from_fn(|i| matrix.as_slice()[i] as f32)
-}
-
-fn write_floats(writer: &mut impl Write, values: impl IntoIterator<Item = f32>) -> io::Result<()> {
-    values.into_iter().try_for_each(|value| writer.write_all(&value.to_le_bytes()))
 }
 
 /// Writes translations and rotations of one segment after the other, over all frames. The trajectory has one frame after

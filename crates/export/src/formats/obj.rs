@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use rod::Model;
 
-use super::Frame;
 use super::centrelines::Centrelines;
+use super::frame::Frame;
 use super::solids::Solid;
 use crate::folder::Folder;
 use crate::{ExportError, Names, TrajectoryReader};

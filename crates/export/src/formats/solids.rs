@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{BodyShape, Mesh, Model, MovingPose, Obstacle, ObstacleShape, Pose, State};
 
-use super::Frame;
+use super::frame::Frame;
 use crate::{ExportError, Names, TrajectoryReader};
 
 /// What something drawn is of.

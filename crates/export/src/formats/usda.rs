@@ -13,14 +13,14 @@ use std::path::{Path, PathBuf};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Model, Pose, State};
 
-use super::Frame;
 use super::centrelines::{Centrelines, Chain};
+use super::frame::Frame;
 use super::solids::Solid;
 use crate::file::stage;
 use crate::{ExportError, Format, Names, TrajectoryReader};
 
 /// Name of the file.
-pub(super) const FILE: &str = "run.usda";
+const FILE: &str = "run.usda";
 /// Frames a second where those of the run are not evenly spaced in time.
 const UNEVEN_RATE: f64 = 24.0;
 /// Nodes times frames that are in memory at once; the trajectory is read once for each part of that size.

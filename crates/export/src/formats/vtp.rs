@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 use nalgebra::Vector3;
 use rod::{JointForce, Model, MovingPose, Segment, curvature};
 
-use super::Frame;
 use super::centrelines::{Centrelines, Node};
 use super::csv::wxyz;
+use super::format::STILL;
+use super::frame::Frame;
 use super::solids::{Owner, Solid};
 use crate::file::stage;
 use crate::folder::Folder;
@@ -23,8 +24,6 @@ mod xml;
 use xml::{Array, Piece};
 
 const FOLDER: &str = "vtp";
-/// Obstacles that never move, which are written once.
-pub(super) const STILL: &str = "obstacles.vtp";
 /// What [`Array::integers`] writes as -1.
 const NONE: usize = usize::MAX;
 

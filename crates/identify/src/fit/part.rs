@@ -4,7 +4,7 @@ use nalgebra::DVector;
 use optimise::{Normal, Residuals};
 use solver::simulation::SimulationError;
 
-use super::{Of, Search, Stage};
+use super::search::{Of, Search, Stage};
 use crate::predict::{Prediction, TOGETHER, are_in_time, predict, predict_each};
 use crate::quantity::Quantity;
 use crate::recording::Recording;

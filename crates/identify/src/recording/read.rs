@@ -7,22 +7,8 @@ use std::path::{Path, PathBuf};
 use nalgebra::Vector3;
 
 use super::grid::Grid;
+use super::reading::{Frames, Reading};
 use super::{Recording, RecordingError, check, pickle, table};
-
-/// How files are read that do not say it themselves.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
-    /// Frames a second of files without times.
-    pub rate: f64,
-    /// The file's unit of length [m].
-    pub unit: f64,
-}
-
-impl Default for Reading {
-    fn default() -> Self {
-        Self { rate: 100.0, unit: 1.0 }
-    }
-}
 
 /// All recordings at these places, in the order of their names: files as they are, of folders those that end in `.pkl` or
 /// `.csv`. What is named twice is there once.
@@ -100,9 +86,6 @@ pub fn read(path: &Path, reading: Reading) -> Result<Recording, RecordingError> 
     let time = time.into_iter().map(|time| time - start).collect();
     check::checked(Recording { path: path.to_owned(), time, markers })
 }
-
-/// Times [s] and markers by frame.
-pub(super) type Frames = (Vec<f64>, Vec<Vec<Vector3<f64>>>);
 
 /// The frames of a grid.
 fn of_grid(grid: &Grid, reading: Reading) -> Result<Frames, String> {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::read::{Frames, Reading};
+use super::reading::{Frames, Reading};
 
 /// Reads a table with the columns `t` or `time_s` (none: `reading` says how many frames a second) and `NAME_x`, `NAME_y`,
 /// `NAME_z` for each marker, in the order along the cable; an ending `_m`, `_cm` or `_mm` says the unit. An empty cell, or NaN,

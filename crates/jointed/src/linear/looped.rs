@@ -1,8 +1,7 @@
 //! The direct solver for graphs with loops (rings, nets): sparse Cholesky of the dual system, in world rows.
 
-use crate::linear::direct::{joint_coupling, joint_diagonal};
+use crate::linear::dual::{joint_coupling, joint_diagonal};
 use crate::linear::sparse::{SparseCholesky, SparseError};
-use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
 use crate::system::System;
 use crate::topology::Topology;
 use kernels::Spatial;
@@ -104,28 +103,5 @@ impl Looped {
                 *sum += x;
             }
         }
-    }
-}
-
-impl LinearSolver for Looped {
-    fn solve(&mut self, system: &System<f64>, _has_start: bool, dlambda: &mut [Spatial<f64>]) -> LinearInfo {
-        if self.factor(system).is_err() {
-            dlambda.fill(Spatial::zero());
-            return LinearInfo { status: LinearStatus::NotPositiveDefinite, ..LinearInfo::default() };
-        }
-        let q_a = |joint: usize| system.frame(joint);
-        self.solve_factored(
-            |joint| system.joints[joint].to_world(system.joints[joint].rhs, q_a(joint)),
-            |joint, x| dlambda[joint] = system.joints[joint].multipliers_from_world(x, q_a(joint)),
-        );
-        LinearInfo::default()
-    }
-
-    fn uses_start(&self) -> bool {
-        false
-    }
-
-    fn looped(&mut self) -> Option<&mut Looped> {
-        Some(self)
     }
 }

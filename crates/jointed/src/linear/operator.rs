@@ -2,7 +2,7 @@
 //! bend-twist in the frame of body a [1/m]. Nothing is multiplied out, so that it works on any graph, loops included.
 
 use crate::block::Block;
-use crate::linear::direct::joint_diagonal;
+use crate::linear::dual::joint_diagonal;
 use crate::system::System;
 use crate::topology::Topology;
 use kernels::Spatial;

@@ -1,5 +1,6 @@
 //! Preconditioners of the conjugate gradients: what stands in for A^-1.
 
+mod approximate_inverse;
 mod frozen;
 mod local;
 
@@ -10,6 +11,7 @@ use crate::system::System;
 use crate::topology::Topology;
 use kernels::Spatial;
 
+use approximate_inverse::Precondition;
 pub use frozen::Frozen;
 use local::{BlockJacobi, Jacobi, Raw};
 
@@ -75,13 +77,4 @@ impl Preconditioner {
             Chosen::Frozen(m) => m.apply(system, r, z),
         }
     }
-}
-
-/// `z = M^-1 r` with M standing in for A.
-trait Precondition {
-    /// Takes over a system's matrix.
-    fn prepare(&mut self, operator: &Operator, system: &System<f64>);
-
-    /// `z = M^-1 r`; returns `r^T z`.
-    fn apply(&mut self, system: &System<f64>, r: &[Spatial<f64>], z: &mut [Spatial<f64>]) -> f64;
 }

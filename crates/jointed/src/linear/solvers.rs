@@ -1,4 +1,4 @@
-//! The linear solvers by name.
+//! The linear solvers by name, and the sparse factor as one of them.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,14 +6,16 @@ use std::str::FromStr;
 use rod::Model;
 use thiserror::Error;
 
-use crate::linear::LinearSolver;
 use crate::linear::cg::{Cg, CgParams};
 use crate::linear::direct::Direct;
 use crate::linear::looped::Looped;
 use crate::linear::precondition::{Frozen, PreconditionerKind};
 use crate::linear::sparse::SparseError;
+use crate::linear::{LinearInfo, LinearSolver, LinearStatus};
 use crate::members::Members;
+use crate::system::System;
 use crate::topology::Topology;
+use kernels::Spatial;
 
 /// Which linear solver to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -87,6 +89,29 @@ impl SolverKind {
             _ => None,
         };
         Ok(Box::new(Cg::new(params, topology, frozen)))
+    }
+}
+
+impl LinearSolver for Looped {
+    fn solve(&mut self, system: &System<f64>, _has_start: bool, dlambda: &mut [Spatial<f64>]) -> LinearInfo {
+        if self.factor(system).is_err() {
+            dlambda.fill(Spatial::zero());
+            return LinearInfo { status: LinearStatus::NotPositiveDefinite, ..LinearInfo::default() };
+        }
+        let q_a = |joint: usize| system.frame(joint);
+        self.solve_factored(
+            |joint| system.joints[joint].to_world(system.joints[joint].rhs, q_a(joint)),
+            |joint, x| dlambda[joint] = system.joints[joint].multipliers_from_world(x, q_a(joint)),
+        );
+        LinearInfo::default()
+    }
+
+    fn uses_start(&self) -> bool {
+        false
+    }
+
+    fn looped(&mut self) -> Option<&mut Looped> {
+        Some(self)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Bodies that a node sees as held: those that are, and the far one of a ring, which comes last.
 
-use super::node::{Factor, Left, Sides, Terms, column, set_column};
+use super::node::{Factor, Left, Sides, Terms, column, set_column, take_row_off};
 use super::problem::Problem;
 use super::stiffness::Stiffness;
 use super::sweep::Sweep;
@@ -68,16 +68,5 @@ impl<T: Real, const M: usize> Sweep<T, M> {
         let crossed = Stiffness { translation: corner(0), mixed, turning: corner(3) };
         let own = Left::new(added.stiffness.plus(&crossed), column(&added.forces, 0));
         self.left[far] = self.left[far].plus(&own);
-    }
-}
-
-/// Takes a row that has been eliminated off the far body.
-#[inline(always)]
-pub(super) fn take_row_off<T: Real, const M: usize>(far: &mut Left<T, M>, row: &[T; M], weight: T) {
-    let mut movement = [T::zero(); 6];
-    movement.copy_from_slice(&row[1..]);
-    far.stiffness.subtract(movement, weight);
-    for (own, x) in far.forces.iter_mut().zip(movement) {
-        own[0] += weight * row[0] * x;
     }
 }

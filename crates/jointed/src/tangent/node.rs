@@ -49,6 +49,17 @@ impl<T: Real, const M: usize> Left<T, M> {
     }
 }
 
+/// Takes a row that has been eliminated off the far body.
+#[inline(always)]
+pub(super) fn take_row_off<T: Real, const M: usize>(far: &mut Left<T, M>, row: &[T; M], weight: T) {
+    let mut movement = [T::zero(); 6];
+    movement.copy_from_slice(&row[1..]);
+    far.stiffness.subtract(movement, weight);
+    for (own, x) in far.forces.iter_mut().zip(movement) {
+        own[0] += weight * row[0] * x;
+    }
+}
+
 impl<T: Real> Left<T, 1> {
     /// Two side by side.
     #[inline(always)]

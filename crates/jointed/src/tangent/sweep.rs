@@ -2,8 +2,7 @@
 //! go up once more, through the factors.
 
 use super::cholesky::Cholesky;
-use super::far::take_row_off;
-use super::node::{Factor, Left, Sides, Terms, column, set_column};
+use super::node::{Factor, Left, Sides, Terms, column, set_column, take_row_off};
 use super::problem::Problem;
 use super::stiffness::Stiffness;
 use crate::topology::{Leaves, Node, Topology};

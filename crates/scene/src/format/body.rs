@@ -3,7 +3,10 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{List, Load, Motion, Number, Quaternion, Vector};
+use super::list::List;
+use super::load::Load;
+use super::motion::{Motion, Quaternion};
+use super::number::{Number, Vector};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

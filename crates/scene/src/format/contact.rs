@@ -5,7 +5,9 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
-use super::{List, Motion, Number, Quaternion, Vector};
+use super::list::List;
+use super::motion::{Motion, Quaternion};
+use super::number::{Number, Vector};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::Count;
+use super::number::Count;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -4,7 +4,9 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::contact::Sphere;
-use super::{Count, List, Number, Stretch, Vector};
+use super::list::List;
+use super::number::{Count, Number, Vector};
+use super::section::Stretch;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -3,7 +3,9 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{Clamp, Count, List, Number, Vector};
+use super::list::List;
+use super::number::{Count, Number, Vector};
+use super::place::Clamp;
 
 pub(crate) type Quaternion = Spanned<List<f64, 4>>;
 

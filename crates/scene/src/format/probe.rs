@@ -3,7 +3,8 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{Clamp, Count, Number};
+use super::number::{Count, Number};
+use super::place::Clamp;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -3,7 +3,8 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{List, Number, Vector};
+use super::list::List;
+use super::number::{Number, Vector};
 
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -75,4 +76,14 @@ pub(crate) enum Bending {
     #[default]
     Paper,
     RestRotation,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Stretch {
+    #[default]
+    Zero,
+    Physical,
+    #[serde(rename = "compliance_m_per_n")]
+    Compliance(Number),
 }

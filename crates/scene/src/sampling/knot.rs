@@ -7,7 +7,7 @@
 //! A loose knot takes about 5.4 loops of rope, of which 0.5 m are left to a tight one, five segments. In 100 frames the
 //! slowest ends take up a quarter of the slack of the largest knot, the fastest 96 % of the smallest one's.
 
-use super::number;
+use super::number::number;
 use crate::defaults;
 use crate::random::Random;
 

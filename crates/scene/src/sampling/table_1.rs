@@ -1,8 +1,11 @@
 //! The paper's two scenarios of Table 1.
 
-use super::number;
+use super::number::number;
 use crate::defaults;
 use crate::random::Random;
+
+/// Steps of a sampled rod or helix (Table 1: t in [0, 50 dt]).
+pub const STEPS: usize = 50;
 
 /// Parameters of an initially straight bending rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,7 +130,7 @@ fn text(modulus: f64, radius: f64, density: f64, shape: &str) -> String {
         "run = {{ dt_s = {}, steps = {} }}\n\n[[rods]]\nradius_m = {}\nyoungs_modulus_pa = {}\n\
          density_kg_m3 = {}\nclamp = [\"start-segment\"]\n\n[rods.shape.{shape}\n",
         number(defaults::DT),
-        super::STEPS,
+        STEPS,
         number(radius),
         number(modulus),
         number(density)

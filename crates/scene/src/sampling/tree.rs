@@ -5,7 +5,7 @@
 //! blows is declared here: the trunk, wood and kind of branching of the builtin scenes `tree-10` to `tree-70`, branches cut
 //! into segments of 7.2 cm, whatever the tree's size, and gusty wind from any side at 6 to 18 m/s.
 
-use super::number;
+use super::number::number;
 use crate::defaults;
 use crate::random::Random;
 

@@ -2,8 +2,9 @@
 //!
 //! Constants go in, too, so that one such component serves all that have its connectivity.
 
-use super::lanes::{pick, pick_pose, pick_spatial, put};
-use super::{BodyConstants, Component, JointConstants};
+use super::Component;
+use super::constants::{BodyConstants, JointConstants};
+use super::parts::{pick, pick_pose, pick_spatial, put};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Sym3;

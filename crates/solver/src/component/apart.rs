@@ -3,7 +3,7 @@
 use rod::Joint;
 
 use super::Component;
-use super::update::select;
+use super::parts::select;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use super::lanes::{copy_pose, copy_spatial, pick, pick_pose, pick_spatial, put};
+use super::before::{Group, scatter};
 use super::multistep::StepsBefore;
+use super::parts::{copy_pose, copy_spatial, pick, pick_pose, pick_spatial, put};
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -82,26 +83,6 @@ impl BodyBar {
     }
 }
 
-/// Numbers of which the state of a free body consists, six at a time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Group {
-    /// The pose: shift and turn.
-    Pose,
-    /// Velocities over the last step.
-    Velocity,
-    /// Velocity and angular momentum at the end of the last step.
-    Now,
-    /// The same one step earlier.
-    Earlier,
-    /// The discrete momentum over the last step.
-    Over,
-}
-
-impl Group {
-    /// All; only the first two without a memory of several steps.
-    pub(crate) const ALL: [Self; 5] = [Self::Pose, Self::Velocity, Self::Now, Self::Earlier, Self::Over];
-}
-
 impl<T: Real> Component<T> {
     /// What the step under way, which has not ended yet, began with in one lane.
     pub(crate) fn begin(&self, lane: usize) -> Begin {
@@ -144,13 +125,6 @@ impl Begin {
                 segments,
             ),
         })
-    }
-}
-
-/// Puts entries in their places.
-pub(crate) fn scatter<T: Copy>(all: &mut [T], part: &[T], places: &[usize]) {
-    for (own, &place) in part.iter().zip(places) {
-        all[place] = *own;
     }
 }
 

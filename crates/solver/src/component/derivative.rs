@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rod::{Air, Model};
 
+use super::parts::set_slope;
 use super::tangent::vector;
 use super::{BodyPose, Component, Group, Members};
 use crate::derivative::{AirVariation, JointVariation, SegmentVariation, Variation};
@@ -77,13 +78,6 @@ fn slope<const D: usize>(x: Vec3<Dual<D>>, k: usize) -> Vec3<f64> {
 
 fn value<const D: usize>(x: Vec3<Dual<D>>) -> Vec3<f64> {
     Vec3([x.0[0].value, x.0[1].value, x.0[2].value])
-}
-
-/// Sets the slope of a vector along a direction.
-pub(crate) fn set_slope<const D: usize>(x: &mut Vec3<Dual<D>>, k: usize, by: &Vector3<f64>) {
-    for (own, by) in x.0.iter_mut().zip(by) {
-        own.slope[k] = *by;
-    }
 }
 
 /// The slope of a spatial vector along a direction.

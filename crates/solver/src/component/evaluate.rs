@@ -1,6 +1,6 @@
 //! Constraints, residuals, Jacobians and mass matrices: the linear system of an outer iteration.
 
-use super::multistep::gyroscopic;
+use super::turns::gyroscopic;
 use super::{Component, Residuals};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;

@@ -1,105 +1,13 @@
 //! Filling the lanes of a component from a model and its state, and taking one lane out.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rod::Model;
 
-use super::{BodyConstants, BodyLoad, BodyPose, Component, JointConstants, Members};
+use super::parts::{copy_pose, copy_spatial, pick, pick_pose, pick_spatial, put, vec3};
+use super::{Component, Members};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::kernel::math::{Quat, Vec3};
+use crate::kernel::math::Vec3;
 use crate::system::System;
-
-#[inline(always)]
-pub(super) fn vec3(v: &Vector3<f64>) -> [f64; 3] {
-    [v.x, v.y, v.z]
-}
-
-#[inline(always)]
-pub(super) fn put<T: Real>(target: &mut Vec3<T>, lane: usize, v: [f64; 3]) {
-    for (t, x) in target.0.iter_mut().zip(v) {
-        t.set_lane(lane, x);
-    }
-}
-
-/// Takes one lane over from another vector, with all that it carries.
-#[inline(always)]
-pub(super) fn copy_lane<T: Real>(target: &mut Vec3<T>, lane: usize, from: Vec3<T>) {
-    for (t, x) in target.0.iter_mut().zip(from.0) {
-        t.copy_lane(lane, x);
-    }
-}
-
-pub(super) fn pick<T: Real>(v: Vec3<T>, lane: usize) -> Vec3<f64> {
-    Vec3(v.0.map(|x| x.lane(lane)))
-}
-
-pub(crate) fn pick_spatial<T: Real>(x: &Spatial<T>, lane: usize) -> Spatial<f64> {
-    Spatial { linear: pick(x.linear, lane), angular: pick(x.angular, lane) }
-}
-
-pub(crate) fn pick_pose<T: Real>(pose: &BodyPose<T>, lane: usize) -> BodyPose<f64> {
-    BodyPose { x: pick(pose.x, lane), q: Quat { v: pick(pose.q.v, lane), w: pose.q.w.lane(lane) } }
-}
-
-pub(super) fn copy_pose<T: Real, U: Real>(to: &mut BodyPose<T>, lane: usize, from: &BodyPose<U>, from_lane: usize) {
-    let from = pick_pose(from, from_lane);
-    put(&mut to.x, lane, from.x.0);
-    put(&mut to.q.v, lane, from.q.v.0);
-    to.q.w.set_lane(lane, from.q.w);
-}
-
-pub(crate) fn copy_spatial<T: Real, U: Real>(to: &mut Spatial<T>, lane: usize, from: &Spatial<U>, from_lane: usize) {
-    let from = pick_spatial(from, from_lane);
-    put(&mut to.linear, lane, from.linear.0);
-    put(&mut to.angular, lane, from.angular.0);
-}
-
-#[inline(always)]
-pub(super) fn get<T: Real>(v: Vec3<T>, lane: usize) -> Vector3<f64> {
-    Vector3::new(v.0[0].lane(lane), v.0[1].lane(lane), v.0[2].lane(lane))
-}
-
-pub(super) fn get_quat<T: Real>(q: Quat<T>, lane: usize) -> UnitQuaternion<f64> {
-    UnitQuaternion::new_unchecked(Quaternion::from_parts(q.w.lane(lane), get(q.v, lane)))
-}
-
-impl<T: Real> BodyConstants<T> {
-    pub(super) fn pick(&self, lane: usize) -> BodyConstants<f64> {
-        BodyConstants {
-            inverse_mass: self.inverse_mass.lane(lane),
-            transverse: self.transverse.lane(lane),
-            axial: self.axial.lane(lane),
-            free: self.free.lane(lane),
-            length: self.length.lane(lane),
-        }
-    }
-}
-
-impl<T: Real> JointConstants<T> {
-    fn pick(&self, lane: usize) -> JointConstants<f64> {
-        JointConstants {
-            rest_darboux: pick(self.rest_darboux, lane),
-            stretch: self.stretch.lane(lane),
-            shear: self.shear.lane(lane),
-            bend: self.bend.lane(lane),
-            twist: self.twist.lane(lane),
-        }
-    }
-}
-
-impl<T: Real> BodyLoad<T> {
-    fn pick(&self, lane: usize) -> BodyLoad<f64> {
-        BodyLoad {
-            index: self.index,
-            lane: 0,
-            body: self.body,
-            offset: self.offset.lane(lane),
-            force: pick(self.force, lane),
-            torque: pick(self.torque, lane),
-            turns: self.turns,
-        }
-    }
-}
 
 impl<T: Real> Component<T> {
     pub(super) fn fill_lane(&mut self, model: &Model, members: &Members, lane: usize) {

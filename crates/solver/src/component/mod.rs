@@ -7,8 +7,10 @@ mod adjoint;
 mod adjoint_joints;
 mod alike;
 mod apart;
+mod before;
 mod begin;
 mod beyond;
+mod constants;
 mod derivative;
 mod drag;
 mod energy;
@@ -23,6 +25,8 @@ mod linear_tests;
 mod loose;
 mod motion;
 mod multistep;
+mod parts;
+mod pose;
 mod predict;
 mod pushes;
 mod rigid;
@@ -31,6 +35,7 @@ mod split;
 mod state;
 mod tangent;
 mod transmitted;
+mod turns;
 mod update;
 mod whole;
 
@@ -40,89 +45,25 @@ use rod::{Model, State};
 
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::kernel::math::{Quat, Sym3, Vec3};
+use crate::kernel::math::{Quat, Vec3};
 use crate::system::System;
 use crate::topology::Topology;
 
 pub(crate) use adjoint::{BodyGradient, Ended};
 pub(crate) use adjoint_joints::add_numbers;
-pub(crate) use begin::{Begin, BodyBar, Group, scatter};
+pub(crate) use before::{Group, scatter};
+pub(crate) use begin::{Begin, BodyBar};
 pub(crate) use derivative::{move_along, movement_along, slope_of};
 pub(crate) use hold::Change;
 pub use jointed::members::Members;
-pub(crate) use lanes::{copy_spatial, pick_pose, pick_spatial};
 pub(crate) use loose::has_loose;
 pub(crate) use motion::{LARGEST_TURN, in_kernel};
+pub(crate) use parts::{copy_spatial, pick_pose, pick_spatial};
+pub use pose::BodyPose;
 pub use split::split;
 pub(crate) use split::{Alike, split_alike, whole};
 
-/// Position and orientation of a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyPose<T> {
-    /// Position x [m].
-    pub x: Vec3<T>,
-    /// Orientation q.
-    pub q: Quat<T>,
-}
-
-impl<T: Real> BodyPose<T> {
-    /// The same pose in every lane.
-    pub(crate) fn splat(pose: &BodyPose<f64>) -> Self {
-        Self { x: Vec3::splat(pose.x), q: Quat::splat(pose.q) }
-    }
-}
-
-/// What stays the same of a body; in air its inertia is that of the step under way.
-#[derive(Clone, Copy, Debug)]
-struct BodyConstants<T> {
-    inverse_mass: T,
-    /// Moments of inertia across and about the axis [kg m^2]; 1 where fixed.
-    transverse: T,
-    axial: T,
-    /// 1 where the body moves freely, 0 where it is fixed.
-    free: T,
-    length: T,
-}
-
-impl<T: Real> BodyConstants<T> {
-    /// `I x` in the body's frame.
-    #[inline(always)]
-    fn inertia(&self, x: Vec3<T>) -> Vec3<T> {
-        let [x, y, z] = x.0;
-        Vec3([x * self.transverse, y * self.transverse, z * self.axial])
-    }
-
-    /// The inertia of a rod's segment in world axes.
-    #[inline(always)]
-    fn world_inertia(&self, axis: Vec3<T>) -> Sym3<T> {
-        Sym3::identity(self.transverse) + Sym3::outer(axis, self.axial - self.transverse)
-    }
-}
-
-/// What stays the same of a joint.
-#[derive(Clone, Copy, Debug)]
-struct JointConstants<T> {
-    rest_darboux: Vec3<T>,
-    stretch: T,
-    shear: T,
-    bend: T,
-    twist: T,
-}
-
-/// Loads on a body.
-#[derive(Clone, Copy, Debug)]
-struct BodyLoad<T> {
-    /// Index of the load in the model.
-    index: usize,
-    /// The lane that feels it.
-    lane: usize,
-    body: usize,
-    offset: T,
-    force: Vec3<T>,
-    torque: Vec3<T>,
-    /// Whether it turns the body.
-    turns: bool,
-}
+use constants::{BodyConstants, BodyLoad, JointConstants};
 
 /// Largest residuals over a component, in scaled units, a lane each.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -277,7 +218,7 @@ impl<T: Real> Component<T> {
             drag: model.air.as_ref().map(|air| Box::new(drag::Drag::new(air, model, sets))),
             torques_wait: false,
             segments: sets.first().map_or(0, |members| members.segments.len()),
-            gravity: Vec3(lanes::vec3(&model.gravity).map(T::splat)),
+            gravity: Vec3(parts::vec3(&model.gravity).map(T::splat)),
             damping: [model.damping.linear, model.damping.angular].map(T::splat),
             last_dt: zero,
             effective: zero,

@@ -9,7 +9,7 @@
 //!
 //! so that a step is one of implicit Euler of length h~ from another prediction: compliances are divided by h~^2, forces
 //! multiplied by it. omega = 0 is Euler's rule. The same rule holds for the angular momentum in world axes, in the place of
-//! v, and for the discrete momentum of a step (see [`Component::predict`]), in the place of `(x' - x) / dt`. That momentum
+//! v, and for the discrete momentum of a step (see [`super::Component::predict`]), in the place of `(x' - x) / dt`. That momentum
 //! is the body's half a step before, to second order, so that the combination at the end is of second order as well; and a
 //! segment that feels nothing keeps it, and its energy, to rounding. (Wieloch and Arnold 2021 have BDF on Lie groups in
 //! increments of poses; the variable of Moser and Veselov is one.)
@@ -23,17 +23,13 @@
 //! Velocities of Algorithm 1 remain those over the last step; those at its end are kept here.
 
 mod back;
+mod step;
 
 use nalgebra::Vector3;
 
-use super::begin::{Group, scatter};
-use super::derivative::set_slope;
-use super::lanes::{copy_lane, copy_spatial, pick, pick_pose, pick_spatial, put};
-use super::predict::angular_momentum;
-use super::state::rate;
-use super::update::select;
-use super::{BodyConstants, Component};
-use crate::integrator::Integrator;
+use super::before::{Group, scatter};
+use super::constants::BodyConstants;
+use super::parts::{copy_spatial, pick, pick_spatial, put, set_slope};
 use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
 use crate::kernel::lane::Real;
@@ -41,14 +37,6 @@ use crate::kernel::math::{Quat, Vec3};
 use crate::snapshot::Tape;
 
 pub(super) use back::{gyroscopic_back, momentum_back};
-
-/// Largest ratio of a step to the one before it: beyond 1 + sqrt 2 errors would grow from step to step. A longer step is one
-/// of Euler's rule.
-const LARGEST_RATIO: f64 = 2.0 + 1e-6;
-
-/// Steps of Euler's rule after an impact: it damps the waves that are too fast for the time step, which to continue would
-/// feed.
-const SETTLING: f64 = 3.0;
 
 /// The steps before, of one set of segments a lane.
 #[derive(Clone, Debug)]
@@ -278,215 +266,4 @@ impl<const D: usize> Multistep<Dual<D>> {
     pub(super) fn seed_velocity(&mut self, index: usize, k: usize, by: &Vector3<f64>) {
         set_slope(&mut self.now[index].linear, k, by);
     }
-}
-
-impl<T: Real> Component<T> {
-    /// Integrates from here on by a rule; components begin with Euler's. Poses and velocities stay.
-    pub fn integrate_by(&mut self, integrator: Integrator) {
-        let (zero, one) = (T::zero(), T::splat(1.0));
-        self.multistep = (integrator == Integrator::Bdf2).then(|| {
-            let now = vec![Spatial::zero(); self.segments];
-            Box::new(Multistep {
-                earlier: now.clone(),
-                now,
-                over: vec![Vec3::zero(); self.segments],
-                bodies: self.bodies[..self.segments].to_vec(),
-                moments: self.all_moments(),
-                goes_on: T::splat(-1.0),
-                held_back: false,
-                ratio: zero,
-                share: one,
-                weight: zero,
-                decay: [[one; 2]; 2],
-            })
-        });
-        let Some(steps) = &mut self.multistep else { return };
-        for (i, velocity) in self.velocities[..self.segments].iter().enumerate() {
-            steps.now[i].linear = velocity.linear;
-            // Rates become momenta when the next step says how long it is.
-            self.given[i] = zero;
-        }
-        self.has_given = self.segments > 0;
-    }
-
-    /// Whether the step that is to come can build on those before, in all lanes; Euler's rule always can.
-    pub(crate) fn can_go_on(&self) -> bool {
-        let all = |steps: &Multistep<T>| (0..T::LANES).all(|lane| steps.goes_on.lane(lane) >= 0.0);
-        self.multistep.as_ref().is_none_or(|steps| all(steps))
-    }
-
-    /// Says whether the steps to come are of Euler's rule, whatever is known of those before.
-    pub(crate) fn hold_back(&mut self, held_back: bool) {
-        if let Some(steps) = &mut self.multistep {
-            steps.held_back = held_back;
-        }
-    }
-
-    /// Length of the step of implicit Euler that the step under way amounts to [s]: its own with Euler's rule. Multipliers
-    /// are forces times its square.
-    pub fn effective_dt(&self) -> f64 {
-        self.effective.lane(0)
-    }
-
-    /// Begins a step of `dt` [s] at `time` [s]: what the steps before say for it.
-    #[inline(always)]
-    pub(super) fn begin_step(&mut self, time: f64, dt: f64) {
-        (self.time, self.dt) = (time, dt);
-        self.effective = T::splat(dt);
-        let (last_dt, one) = (self.last_dt, T::splat(1.0));
-        let Some(steps) = &mut self.multistep else { return };
-        for lane in 0..T::LANES {
-            let last = last_dt.lane(lane);
-            let goes_on = steps.goes_on.lane(lane) >= 0.0 && !steps.held_back && dt <= LARGEST_RATIO * last;
-            steps.ratio.set_lane(lane, if goes_on { dt / last } else { 0.0 });
-        }
-        for (k, rate) in self.damping.into_iter().enumerate() {
-            let kept = |over: T| if rate == T::zero() { one } else { (-rate * over).exp() };
-            (steps.decay[0][k], steps.decay[1][k]) = (kept(T::splat(dt)), kept(last_dt));
-        }
-        let ratio = steps.ratio;
-        let scale = one / (one + ratio + ratio);
-        (steps.share, steps.weight) = ((one + ratio) * scale, ratio * ratio * scale);
-        self.effective = self.effective * steps.share;
-    }
-
-    /// The momenta of rates that were given since the last step: `I w`, with the variable of a step of the length of the one
-    /// under way as its discrete momentum has it, so that a spin about a main axis goes on at its rate.
-    pub(super) fn take_given_momenta(&mut self) {
-        if !self.has_given || self.multistep.is_none() {
-            return;
-        }
-        for i in 0..self.segments {
-            let (variable, half) = self.variable(i, T::splat(0.5 * self.dt));
-            let q = self.poses[i].q;
-            let Some(steps) = &mut self.multistep else { return };
-            let u = variable * half;
-            let cosine = (T::splat(1.0) - u.norm_squared()).max(T::zero()).sqrt();
-            let momentum = steps.inertia(i, q, variable) * cosine;
-            for lane in 0..T::LANES {
-                if self.given[i].lane(lane) >= 0.0 {
-                    copy_lane(&mut steps.now[i].angular, lane, momentum);
-                }
-            }
-        }
-    }
-
-    /// Velocities at the end of the step under way, in the lanes where `active` >= 0, from those over it, `new`, and over the
-    /// last one, which are still the component's. Where `by_spin`, the momenta of the steps before keep what they have about
-    /// the segment's axis as it tilts: see the module.
-    #[inline(always)]
-    pub(super) fn end_step(&mut self, body: usize, new: Spatial<T>, by_spin: bool, active: T) {
-        let half = T::splat(0.5 * self.dt);
-        let (start, end) = (self.start[body].q, self.poses[body].q);
-        let Some(steps) = &mut self.multistep else { return };
-        let axis = end.axis();
-        let tilt = if by_spin { steps.tilt(body, start, axis) } else { Vec3::zero() };
-        let carried = |momentum: Vec3<T>| momentum - axis * tilt.dot(momentum);
-        let old = Spatial { linear: self.velocities[body].linear, angular: carried(steps.over[body]) };
-        let before = Spatial { linear: steps.now[body].linear, angular: carried(steps.now[body].angular) };
-        let turning = steps.inertia(body, end, new.angular);
-        let new = Spatial { linear: new.linear, angular: angular_momentum(turning, new.angular * half) };
-        let further = steps.ratio / (T::splat(1.0) + steps.ratio);
-        let now = new.plus(new.plus(old, T::splat(-1.0)), further);
-        let kept = Spatial { linear: steps.now[body].linear, angular: steps.over[body] };
-        steps.over[body] = select(active, new, kept).angular;
-        steps.earlier[body] = select(active, before, steps.earlier[body]);
-        steps.now[body] = select(active, now, steps.now[body]);
-    }
-
-    /// After a step that is accepted in the lanes where `active` >= 0, others can go on from it.
-    #[inline(always)]
-    pub(super) fn know_step(&mut self, active: T) {
-        if let Some(steps) = &mut self.multistep {
-            let nearer = -(-T::splat(1.0) - steps.goes_on).max(T::zero());
-            steps.goes_on = active.select(nearer, steps.goes_on);
-        }
-    }
-
-    /// Lets the next step begin with what the velocities over the last one have become at its end by gravity and loads, in the
-    /// lanes where `active` >= 0: something else in it, such as an impact, will not go on.
-    pub(crate) fn begin_anew(&mut self, active: T) {
-        let half = self.last_dt * T::splat(0.5);
-        let Some(steps) = &mut self.multistep else { return };
-        // The velocities over a step of Euler's rule are those at its end already.
-        let rest = (-steps.ratio).select(T::zero(), half);
-        self.scratch.fill(Spatial::zero());
-        for load in &self.loads {
-            self.scratch[load.body].linear += load.force;
-        }
-        for i in 0..self.segments {
-            let constants = &steps.bodies[i];
-            let pull = self.gravity * constants.free + self.scratch[i].linear * constants.inverse_mass;
-            let linear = self.velocities[i].linear + pull * rest;
-            steps.now[i] = select(active, Spatial { linear, angular: steps.over[i] }, steps.now[i]);
-        }
-        steps.goes_on = active.select(T::splat(-SETTLING), steps.goes_on);
-    }
-
-    /// Forgets the steps before in a lane: velocities at the start of the next step are all there is.
-    pub(super) fn forget_steps(&mut self, lane: usize) {
-        if let Some(steps) = &mut self.multistep {
-            steps.goes_on.set_lane(lane, -1.0);
-        }
-    }
-
-    /// Velocity of a segment at the end of the last step, or given since [m/s].
-    pub(super) fn velocity(&self, body: usize, lane: usize) -> Vec3<f64> {
-        let of_step = self.velocities[body].linear;
-        let is_fixed = self.bodies[body].free.lane(lane) == 0.0;
-        let own = self.multistep.as_ref().filter(|_| !is_fixed).map_or(of_step, |steps| steps.now[body].linear);
-        pick(own, lane)
-    }
-
-    /// Sets that velocity, between two steps. Of what moves freely nothing is known then but velocities.
-    pub(super) fn give_velocity(&mut self, body: usize, lane: usize, v: Vec3<f64>) {
-        put(&mut self.velocities[body].linear, lane, v.0);
-        let is_free = self.bodies[body].free.lane(lane) != 0.0;
-        let Some(steps) = &mut self.multistep else { return };
-        put(&mut steps.now[body].linear, lane, v.0);
-        if is_free {
-            self.forget_steps(lane);
-        }
-    }
-
-    /// What a segment's rate at the end of the last step is beyond that over it [rad/s].
-    pub(super) fn beyond(&self, body: usize, lane: usize) -> Vec3<f64> {
-        let Some(steps) = &self.multistep else { return Vec3::zero() };
-        let u = pick(self.velocities[body].angular, lane) * (0.5 * self.last_dt.lane(lane));
-        let end = pick_pose(&self.poses[body], lane).q;
-        let momenta = [steps.now[body].angular, steps.over[body]].map(|momentum| pick(momentum, lane));
-        further(pick(steps.own_moments(body), lane), u, end, momenta)
-    }
-
-    /// Velocity of a segment at the end of the last step [m/s, rad/s].
-    pub(super) fn velocity_at_end(&self, body: usize) -> Spatial<T> {
-        let Spatial { linear, angular } = self.velocities[body];
-        let over_step = rate(angular, self.last_dt);
-        let Some(steps) = &self.multistep else { return Spatial { linear, angular: over_step } };
-        let (u, end) = (angular * (self.last_dt * T::splat(0.5)), self.poses[body].q);
-        let further = further(steps.own_moments(body), u, end, [steps.now[body].angular, steps.over[body]]);
-        Spatial { linear: steps.now[body].linear, angular: over_step + further }
-    }
-}
-
-/// What the rate at the end of a step, which turned by about `2 u` to `end`, is beyond that over it: with the angular `momenta`
-/// at its end and over it, and the `moments` of inertia.
-fn further<T: Real>(moments: Vec3<T>, u: Vec3<T>, end: Quat<T>, momenta: [Vec3<T>; 2]) -> Vec3<T> {
-    let one = T::splat(1.0);
-    let cosine = (one - u.norm_squared()).max(T::zero()).sqrt();
-    let middle = Quat { v: u, w: one + cosine }.normalized().conj() * end;
-    let rate = |q: Quat<T>, momentum: Vec3<T>| {
-        let own = q.rotate_back(momentum);
-        q.rotate(Vec3([0, 1, 2].map(|k| own.0[k] / moments.0[k])))
-    };
-    rate(end, momenta[0]) - rate(middle, momenta[1])
-}
-
-/// What `I phi` leaves out of a body's change of discrete momentum (times the step's length) as it is turned by `phi` after
-/// a turn by about `theta`: the share of second order, `([I theta x - theta x I] phi + phi x I theta) / 2`. `inertia` is I in
-/// world axes.
-#[inline(always)]
-pub(super) fn gyroscopic<T: Real>(inertia: impl Fn(Vec3<T>) -> Vec3<T>, theta: Vec3<T>, phi: Vec3<T>) -> Vec3<T> {
-    let sum = inertia(theta.cross(phi)) - theta.cross(inertia(phi)) + phi.cross(inertia(theta));
-    sum * T::splat(0.5)
 }

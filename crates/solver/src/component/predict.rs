@@ -1,6 +1,8 @@
 //! Prediction (lines 1 to 5 of Algorithm 1) and the free rotation of a segment.
 
-use super::{BodyConstants, BodyPose, Component};
+use super::constants::BodyConstants;
+use super::turns::angular_momentum;
+use super::{BodyPose, Component};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -112,14 +114,6 @@ impl<T: Real> Component<T> {
             terms.twist_extra = (joint.twist - joint.bend) * k;
         }
     }
-}
-
-/// Angular momentum in the body's frame at the end of a step that turned with w, of which `turning` is I w and `u` is
-/// (dt / 2) w: see [`Component::predict`].
-#[inline(always)]
-pub(super) fn angular_momentum<T: Real>(turning: Vec3<T>, u: Vec3<T>) -> Vec3<T> {
-    let s = (T::splat(1.0) - u.norm_squared()).max(T::zero()).sqrt();
-    turning * s - u.cross(turning)
 }
 
 /// Relative rotation, in the body's frame, of the free motion with angular momentum `m`; where there is none (more than

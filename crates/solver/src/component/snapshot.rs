@@ -1,7 +1,8 @@
 //! What of a component a snapshot keeps.
 
+use super::Component;
+use super::constants::BodyLoad;
 use super::loose::Loose;
-use super::{BodyLoad, Component};
 use crate::kernel::lane::Real;
 use crate::snapshot::Tape;
 

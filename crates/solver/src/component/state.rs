@@ -8,7 +8,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use rod::{JointForce, State};
 
-use super::lanes::{copy_lane, get, get_quat, pick, put, vec3};
+use super::parts::{copy_lane, get, get_quat, pick, put, vec3};
+use super::turns::rate;
 use super::{Component, Members};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -20,13 +21,6 @@ fn variable<T: Real>(rate: Vec3<T>, dt: f64) -> Vec3<T> {
     let (half, most) = (rate.norm_squared().sqrt() * T::splat(0.5 * dt), T::splat(FRAC_PI_2));
     let half = (half - most).select(most, half);
     rate * (-half).select(T::splat(1.0), half.sin() / half)
-}
-
-/// The rate [rad/s] for which `variable` stands after a step of `dt` [s]: the inverse of [`variable`].
-pub(super) fn rate<T: Real>(variable: Vec3<T>, dt: T) -> Vec3<T> {
-    let (sine, one) = (variable.norm_squared().sqrt() * (dt * T::splat(0.5)), T::splat(1.0));
-    let sine = (sine - one).select(one, sine);
-    variable * (-sine).select(one, sine.asin() / sine)
 }
 
 impl<T: Real> Component<T> {

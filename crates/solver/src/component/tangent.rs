@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::beyond::GRADED;
-use super::update::{select, select_pose};
+use super::parts::{select, select_pose};
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;

@@ -1,11 +1,11 @@
 //! What follows a linear solve: multipliers, poses, velocities; and taking a step back.
 
-use super::lanes::{copy_pose, copy_spatial};
+use super::parts::{copy_pose, copy_spatial, select, select_pose};
 use super::{BodyPose, Component};
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::kernel::math::{Quat, Vec3};
+use crate::kernel::math::Vec3;
 
 impl<T: Real> Component<T> {
     /// Lines 10 and 11 of Algorithm 1: `lambda += dlambda`, `p += dp` with `dp = M^-1 (J^T dlambda - g)`, in the lanes
@@ -142,23 +142,4 @@ impl<T: Real> Component<T> {
 #[inline(always)]
 fn moved<T: Real>(old: BodyPose<T>, correction: Spatial<T>, active: T) -> BodyPose<T> {
     select_pose(active, BodyPose { x: old.x + correction.linear, q: old.q.turned(correction.angular) }, old)
-}
-
-/// `then` in the lanes where `condition` >= 0, else `otherwise`.
-#[inline(always)]
-pub(super) fn select_pose<T: Real>(condition: T, then: BodyPose<T>, otherwise: BodyPose<T>) -> BodyPose<T> {
-    let of = |pose: BodyPose<T>| Spatial { linear: pose.x, angular: pose.q.v };
-    let kept = select(condition, of(then), of(otherwise));
-    BodyPose { x: kept.linear, q: Quat { v: kept.angular, w: condition.select(then.q.w, otherwise.q.w) } }
-}
-
-/// `then` in the lanes where `condition` >= 0, else `otherwise`.
-#[inline(always)]
-pub(super) fn select<T: Real>(condition: T, then: Spatial<T>, otherwise: Spatial<T>) -> Spatial<T> {
-    let (a, b) = (then.to_array(), otherwise.to_array());
-    let mut out = b;
-    for k in 0..6 {
-        out[k] = condition.select(a[k], b[k]);
-    }
-    Spatial::from_array(out)
 }

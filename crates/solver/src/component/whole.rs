@@ -5,7 +5,7 @@
 //! zero; the torque of the inertia, which is no gradient, has a derivative of its own.
 
 use super::Component;
-use super::multistep::gyroscopic;
+use super::turns::gyroscopic;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Sym3, Vec3, cross_matrix, map_rows, sum, transposed};

@@ -8,26 +8,19 @@
 use std::sync::Arc;
 
 use nalgebra::{SVector, Vector3};
-use rod::{Model, State};
+use rod::Model;
 
 use super::duals::Duals;
 use super::gains::Gains;
-use super::recording::{Pair, Wanted};
+use super::origin::Origin;
 use super::replay::Replay;
+use super::wanted::{Pair, Wanted};
 use super::{DerivativeError, StateVariation, Substep, Variation};
 use crate::component::{BodyBar, BodyGradient, Component, Ended, Members, copy_spatial, pick_spatial};
-use crate::integrator::Integrator;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::tangent::jacobian::{Field, joined, six, split};
 use crate::topology::Topology;
-
-/// Where a run begins, and how it is integrated.
-#[derive(Clone)]
-pub(super) struct Origin {
-    pub(super) state: Arc<State>,
-    pub(super) integrator: Integrator,
-}
 
 /// Connected sets on their way back, one a lane.
 pub(super) struct Adjoint<T> {

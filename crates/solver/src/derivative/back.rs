@@ -5,9 +5,10 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use rod::{Body, Model};
 
-use super::adjoint::{Adjoint, Origin};
-use super::recording::{Pair, Wanted};
+use super::adjoint::Adjoint;
+use super::origin::Origin;
 use super::run::Passed;
+use super::wanted::{Pair, Wanted};
 use super::{DerivativeError, HeldVariation, ObstacleVariation, StateVariation, Variation};
 use crate::component::{Alike, Members, pick_spatial};
 use crate::kernel::Spatial;

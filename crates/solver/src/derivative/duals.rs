@@ -6,10 +6,10 @@ use nalgebra::{Vector3, Vector6};
 use rod::Model;
 
 use super::Substep;
-use super::adjoint::Origin;
 use super::gains::Gains;
-use super::recording::Wanted;
+use super::origin::Origin;
 use super::replay::component;
+use super::wanted::Wanted;
 use crate::component::{BodyBar, BodyGradient, Component, Group, Members};
 use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;

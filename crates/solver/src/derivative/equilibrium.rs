@@ -9,8 +9,9 @@ use std::sync::Arc;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use rod::{Body, JointForce, Model, State};
 
+use super::error::refuse;
 use super::hinges::Hinges;
-use super::run::{check_all, refuse};
+use super::run::check_all;
 use super::seed::is_held;
 use super::{AirVariation, DerivativeError, HeldVariation, JointVariation, StateVariation, Variation, Wanted};
 use crate::component::{Component, Members, split};

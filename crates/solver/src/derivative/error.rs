@@ -53,3 +53,8 @@ pub enum DerivativeError {
         expected: usize,
     },
 }
+
+/// Refuses what is not differentiated, where it is there.
+pub(super) fn refuse(is_there: bool, what: &'static str) -> Result<(), DerivativeError> {
+    if is_there { Err(DerivativeError::Unknown(what)) } else { Ok(()) }
+}

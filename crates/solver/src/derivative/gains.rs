@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use rod::Model;
 
-use super::recording::Pair;
+use super::wanted::Pair;
 use super::{AirVariation, Variation};
 use crate::component::{BodyGradient, Members, add_numbers};
 use crate::kernel::lane::Real;

@@ -8,28 +8,33 @@
 
 mod adjoint;
 mod back;
+mod check;
 mod duals;
 mod equilibrium;
 mod error;
 mod forward;
 mod gains;
 mod hinges;
+mod origin;
 mod parameter;
 mod record;
 mod recording;
 mod replay;
 mod run;
 mod seed;
+mod together;
 mod touching;
 mod variation;
+mod wanted;
 
 pub use equilibrium::Equilibrium;
 pub use error::DerivativeError;
 pub use forward::Forward;
 pub use parameter::{Parameter, Rods};
-pub use recording::{Recording, Wanted};
+pub use recording::Recording;
 pub use variation::{
     AirVariation, HeldVariation, JointVariation, ObstacleVariation, SegmentVariation, StateVariation, Variation,
 };
+pub use wanted::Wanted;
 
 pub(crate) use record::Substep;

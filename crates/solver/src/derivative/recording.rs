@@ -2,39 +2,16 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
 use rayon::prelude::*;
 use rod::{Model, State};
 
-use super::adjoint::Origin;
 use super::back::Back;
+use super::origin::Origin;
 use super::run::Run;
+use super::wanted::Wanted;
 use super::{DerivativeError, StateVariation, Variation};
 use crate::simulation::{Settings, Simulation, StepReport};
 use crate::snapshot::Snapshot;
-
-/// A shift and a turn.
-pub(super) type Pair = [Vector3<f64>; 2];
-
-/// What a gradient is asked for beyond the first state and held bodies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Wanted {
-    /// Joints: compliances, rest shapes, inner damping.
-    pub joints: bool,
-    /// Segments: masses and inertias.
-    pub segments: bool,
-    /// Loads.
-    pub loads: bool,
-    /// Gravity, damping and the air.
-    pub surroundings: bool,
-    /// Obstacles: where they are at the start and at the end of each step.
-    pub obstacles: bool,
-}
-
-impl Wanted {
-    /// All of it.
-    pub const ALL: Self = Self { joints: true, segments: true, loads: true, surroundings: true, obstacles: true };
-}
 
 /// A simulation in formulation `newton` that keeps its steps, to go back through them: all of them, about 220 bytes a segment
 /// and step (340 with the integrator bdf2), or with [`Recording::with_checkpoints`] one stretch of them at a time.
@@ -191,6 +168,7 @@ impl Recording {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
     use rod::{Assembly, Material, RodSpec, shape};
 
     use super::*;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rod::{Model, State};
 
+use super::error::refuse;
 use super::{DerivativeError, Substep};
 use crate::component::{Alike, split, split_alike, whole};
 use crate::formulation::Tangent;
@@ -78,10 +79,6 @@ pub(super) fn check_all(model: &Model) -> Result<(), DerivativeError> {
     refuse(has_bodies && model.air.is_some(), "rigid bodies in air")?;
     refuse(model.motions.iter().any(|driven| driven.is_timed()), "grips that take hold or let go on the way")?;
     refuse(model.air.as_ref().is_some_and(|air| air.wind.has_gusts()), "gusts")
-}
-
-pub(super) fn refuse(is_there: bool, what: &'static str) -> Result<(), DerivativeError> {
-    if is_there { Err(DerivativeError::Unknown(what)) } else { Ok(()) }
 }
 
 impl Run {

@@ -3,9 +3,6 @@
 use nalgebra::Vector3;
 use rod::{Body, InnerDamping, JointForce, Model};
 
-use super::DerivativeError;
-use super::run::refuse;
-
 /// A small change of all that a run depends on, or the derivative of a number with respect to each entry: see
 /// [`Variation::dot`]. Lists have an entry for each joint, segment or load of the model.
 #[derive(Clone, Debug, PartialEq)]
@@ -164,7 +161,7 @@ impl StateVariation {
         Self { forces: vec![JointForce::default(); model.joints.len()], ..Self::zero(model.segments.len()) }
     }
 
-    fn lists(&self) -> [(&'static str, &Vec<Vector3<f64>>); 4] {
+    pub(super) fn lists(&self) -> [(&'static str, &Vec<Vector3<f64>>); 4] {
         [
             ("positions", &self.positions),
             ("turns", &self.turns),
@@ -178,16 +175,6 @@ impl StateVariation {
         let force = |(a, b): (&JointForce, &JointForce)| a.force.dot(&b.force) + a.moment.dot(&b.moment);
         let forces = self.forces.iter().zip(&other.forces).map(force).sum::<f64>();
         self.lists().iter().zip(other.lists()).map(|((_, a), (_, b))| sum(a, b)).sum::<f64>() + forces
-    }
-
-    fn check_lists(&self, expected: usize) -> Result<(), DerivativeError> {
-        self.lists().iter().try_for_each(|(what, list)| check(what, list.len(), expected))
-    }
-
-    /// Whether it fits a model.
-    pub(super) fn check(&self, model: &Model) -> Result<(), DerivativeError> {
-        self.check_lists(model.segments.len())?;
-        if self.forces.is_empty() { Ok(()) } else { check("forces of joints", self.forces.len(), model.joints.len()) }
     }
 }
 
@@ -220,10 +207,6 @@ fn along(own: &[[Vector3<f64>; 2]], other: &[[Vector3<f64>; 2]]) -> f64 {
 
 fn sum(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
-}
-
-fn check(what: &'static str, found: usize, expected: usize) -> Result<(), DerivativeError> {
-    if found == expected { Ok(()) } else { Err(DerivativeError::Size { what, found, expected }) }
 }
 
 impl Variation {
@@ -274,15 +257,5 @@ impl Variation {
             + self.start.dot(&other.start)
             + self.held.iter().map(held).sum::<f64>()
             + self.obstacles.iter().map(obstacle).sum::<f64>()
-    }
-
-    pub(super) fn check(&self, model: &Model) -> Result<(), DerivativeError> {
-        check("joints", self.joints.len(), model.joints.len())?;
-        check("segments", self.segments.len(), model.segments.len())?;
-        check("loads", self.loads.len(), model.loads.len())?;
-        let there = model.contacts.obstacles.len();
-        refuse(self.obstacles.iter().any(|own| own.obstacle >= there), "obstacles that are not there")?;
-        check("forces of joints at the start", self.start.forces.len(), 0)?;
-        self.start.check_lists(model.segments.len())
     }
 }

@@ -3,7 +3,8 @@
 //! Its implicit steps are those of formulation `newton` with the velocities left out. `dt` grows while little moves and
 //! shrinks where much does, until steps as long as one likes move nothing any more.
 
-use super::{StaticParams, StaticReport};
+use super::params::StaticParams;
+use super::report::StaticReport;
 use crate::component::Component;
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;

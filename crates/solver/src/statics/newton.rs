@@ -9,7 +9,8 @@ mod shift;
 mod wind;
 
 use super::contact::Contacts;
-use super::{StaticParams, StaticReport};
+use super::params::StaticParams;
+use super::report::StaticReport;
 use crate::component::{BodyPose, Component, Residuals};
 use crate::kernel::Spatial;
 use crate::kernel::math::{Sym3, Vec3};
@@ -74,7 +75,7 @@ pub(super) fn descend(
     };
     component.begin_equilibrium();
     let mut wind = Wind::new(component);
-    let mut shift = Shift::new(component, &mut descent, &wind, is_held);
+    let mut shift = Shift::new(component, &mut descent.equations, &wind.forces, is_held);
     let (mut pushes, mut loop_begin) = (0, 0);
     while descent.report.steps < descent.limit {
         let waits = descent.report.steps > 0 && wind.follow(component, descent.report.movement);

@@ -6,48 +6,20 @@
 //! directions are counted in which the equilibrium is unstable (Haynsworth 1968).
 
 mod course;
+mod params;
 mod tracer;
 
 use rod::{JointForce, Model, State};
 
 use crate::component::{Component, Members, split};
 use crate::simulation::{SimulationError, without_contacts};
-use crate::statics::{StaticParams, StaticParamsError, StaticReport, equilibrium, is_windy};
+use crate::statics::{StaticReport, equilibrium, is_windy};
 use crate::tangent::elimination::Elimination;
 
 use course::Course;
 use tracer::{Found, Tracer};
 
-/// How a path is followed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PathParams {
-    /// How the first equilibrium is found, and when an equilibrium counts as found.
-    pub rest: StaticParams,
-    /// Where the path ends [s].
-    pub until: f64,
-    /// Longest step: the root of the sum of squares of the time over that of the whole path, of the shifts over the length
-    /// and of the turns in rad, the latter two as the mean over the segments.
-    pub longest_step: f64,
-    /// Most equilibria.
-    pub most_points: usize,
-}
-
-impl PathParams {
-    /// A path until a time [s].
-    pub fn until(until: f64) -> Self {
-        Self { rest: StaticParams::default(), until, longest_step: 0.02, most_points: 5000 }
-    }
-
-    fn validate(&self) -> Result<(), StaticParamsError> {
-        self.rest.validate()?;
-        for (name, value) in [("until", self.until), ("longest_step", self.longest_step)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(StaticParamsError { name, value, allowed: "finite and > 0" });
-            }
-        }
-        Ok(())
-    }
-}
+pub use params::PathParams;
 
 /// An equilibrium of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]

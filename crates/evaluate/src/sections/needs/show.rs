@@ -7,7 +7,7 @@ use evaluation::stages::Stages;
 use report::{Bar, BarChart, Block, Cell, Charts, Conditions, Figure, Section};
 use solver::formulation::Formulation;
 
-use super::NeedsKey;
+use super::key::NeedsKey;
 use crate::blocks::{self, table};
 use crate::context::Context;
 use crate::show::number;

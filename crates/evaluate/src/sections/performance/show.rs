@@ -8,9 +8,8 @@ use evaluation::paper::performance::{Point, StartPoint};
 use evaluation::paper::{DIRECT, FISCHER, ZERO};
 use report::{Axis, Block, Cell, Reference, Section as PageSection};
 
-use super::{Performance, PerformanceKey, TOLERANCE};
+use super::key::{ID, PerformanceKey, TOLERANCE};
 use crate::blocks::{chart, figure, groups, section as page_section, table};
-use crate::cells::Section as _;
 use crate::context::Context;
 use crate::sections::paper::{FREE, PAPER_GUESSES, RAW, solver_words};
 use crate::show::{band, join, per_cent};
@@ -29,7 +28,7 @@ pub(super) fn section(context: &Context, cells: &[(&PerformanceKey, &Point)]) ->
     let studies = groups(cells, |key| (key.scenario, &key.varied, &key.preconditioner));
     let mut blocks = vec![pays_table(context, studies.iter().map(|(_, study)| &study[..]))];
     blocks.extend(studies.iter().map(|(_, study)| over_values(context, study)));
-    page_section([Performance::ID, "Performance", INTRODUCTION], blocks)
+    page_section([ID, "Performance", INTRODUCTION], blocks)
 }
 
 pub(super) fn claims(cells: &[(&PerformanceKey, &Point)]) -> BTreeMap<String, String> {

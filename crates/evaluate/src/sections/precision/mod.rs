@@ -1,5 +1,7 @@
 //! Error against run time: every scene in every way.
 
+mod key;
+mod sheet;
 mod show;
 mod tables;
 
@@ -7,9 +9,8 @@ use std::num::NonZeroUsize;
 use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
-use evaluation::precision::{Budget, Curve, Level, Outer, Problem, Way, run_way};
+use evaluation::precision::{Budget, Level, Outer, Problem, Way, run_way};
 use scene::Scene;
-use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
 use solver::linear::solvers::SolverKind;
 
@@ -17,6 +18,7 @@ use crate::cells::Section;
 use crate::context::{Context, Size};
 use crate::library::{Guesses, Learned};
 use crate::ways::{kinds, ways};
+use key::{PrecisionKey, Value};
 
 /// Each scene, from the paper's two rods to its trees, with the steps of a quick report and of a full one, and how finely
 /// the converged reference cuts segments, coarsest first. Helices leave the range in which finer segments agree after 40
@@ -36,25 +38,6 @@ const COURSES: [(&str, [usize; 2], &[usize]); 11] = [
 ];
 /// Scenes that a quick report leaves out.
 const FULL_ALONE: [&str; 2] = ["tree-20", "tree-70"];
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct PrecisionKey {
-    scene: String,
-    way: String,
-    steps: usize,
-    factors: Vec<usize>,
-    levels: Vec<Level>,
-    budget: Budget,
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Value {
-    curve: Curve,
-    /// The converged reference's own error, the largest of all samples; `None` where there is none.
-    floor: Option<f64>,
-    /// Worst status of the exact reference of the way's formulation.
-    reference: String,
-}
 
 /// The section, with the scene that is being measured.
 #[derive(Default)]

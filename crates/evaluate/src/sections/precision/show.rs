@@ -1,31 +1,15 @@
 //! How error against run time is shown: the charts.
 
-use evaluation::guesses::Spread;
+use evaluation::precision::Against;
 use evaluation::precision::pareto::{Line, Place, front};
-use evaluation::precision::{Against, Curve};
-use report::{Axis, Block, Conditions, LineChart, Point, Reference, Section, Series};
+use report::{Axis, Block, LineChart, Point, Reference, Section, Series};
 
+use super::key::{PrecisionKey, Value};
+use super::sheet::Sheet;
 use super::tables::{Worth, auto, in_short, overview, winners, worth};
-use super::{PrecisionKey, Value};
 use crate::blocks;
 use crate::context::Context;
-use crate::show::ALL_STAGES;
 use crate::ways::kinds;
-
-/// Errors that rounding alone makes.
-const FREE_FALL: f64 = 1e-12;
-
-/// A scene's curves.
-pub(super) struct Sheet<'a> {
-    pub(super) scene: &'a str,
-    pub(super) curves: Vec<&'a Curve>,
-    floor: Option<f64>,
-    /// How many samples count: those before contacts, where these say anything: what falls freely errs in nothing.
-    samples: usize,
-    /// Median of the yardstick's time over all cells [s/s].
-    pub(super) yardstick: f64,
-    pub(super) conditions: Conditions,
-}
 
 /// The section.
 pub(super) fn section(context: &Context, cells: &[(&PrecisionKey, &Value)]) -> Section {
@@ -49,31 +33,6 @@ const INTRODUCTION: &str = "Every scene in every way, at several tolerances (con
     Against the **exact** reference, the same formulation solved to 1e-12 at the same time step, a curve shows what \
     the solver is answerable for; against the **converged** one, with finer segments and time steps, what the user \
     gets.";
-
-impl<'a> Sheet<'a> {
-    /// Of the cells of one scene.
-    fn new(context: &Context, cells: &[(&'a PrecisionKey, &'a Value)]) -> Self {
-        let (PrecisionKey { scene, steps, .. }, first) = cells[0];
-        let curves: Vec<&Curve> = cells.iter().map(|(_, value)| &value.curve).collect();
-        let medians = curves.iter().filter_map(|curve| Some(curve.yardstick?.median));
-        let yardstick = Spread::of(medians).map_or(f64::NAN, |spread| spread.median);
-        let (all, before) = (first.curve.samples.len(), first.curve.samples_before_contact);
-        let places = curves.iter().flat_map(|curve| curve.line(Against::Exact, before).places);
-        let errs = places.map(|place| place.error).fold(0.0, f64::max) > FREE_FALL;
-        let samples = if errs { before } else { all };
-        let time = format!(
-            "{ALL_STAGES}; setting up left out; ratios to the default settings run beside, \
-             times the median of those"
-        );
-        let course = format!("{scene}, {steps} steps of {} s", first.curve.dt);
-        let conditions = context.conditions(&time).with("scene", course);
-        Self { scene, curves, floor: first.floor, samples, yardstick, conditions }
-    }
-
-    pub(super) fn lines(&self, against: Against) -> Vec<Line> {
-        self.curves.iter().map(|curve| curve.line(against, self.samples)).collect()
-    }
-}
 
 /// The charts of a figure: each with its title, and what the names of its ways begin with; the first has all others.
 const CHARTS: [(&str, &str); 4] = [

@@ -5,7 +5,7 @@ use evaluation::precision::pareto::{Line, fastest};
 use report::{Block, Cell};
 use solver::formulation::Formulation;
 
-use super::show::Sheet;
+use super::sheet::Sheet;
 use crate::blocks::table;
 use crate::context::Context;
 use crate::show::{ALL_STAGES, number};

@@ -9,9 +9,8 @@ use evaluation::paper::speedup::{SceneRun, Speedup, break_even, saved_s, speedup
 use evaluation::paper::{DIRECT, FISCHER, ZERO};
 use report::{Block, Cell, Section as PageSection};
 
-use super::{Speedups, SpeedupsKey, scene_of};
+use super::key::{ID, SpeedupsKey, scene_of};
 use crate::blocks::{groups, section as page_section, table, values};
-use crate::cells::Section as _;
 use crate::context::Context;
 use crate::library::Learned;
 use crate::sections::claims::paper_says;
@@ -50,7 +49,7 @@ pub(super) fn section(context: &Context, cells: &[(&SpeedupsKey, &SceneRun)]) ->
         blocks.push(table(head, HEADINGS, rows, conditions));
     }
     blocks.push(break_evens(context, cells)?);
-    Ok(page_section([Speedups::ID, "Collisions, knot and trees", INTRODUCTION], blocks))
+    Ok(page_section([ID, "Collisions, knot and trees", INTRODUCTION], blocks))
 }
 
 const HEADINGS: &str = "scene | paper, from its network | way | #total saved | #projection saved | #iterations, relative | \

@@ -4,7 +4,7 @@ use evaluation::stress::{self, CaseRun};
 use report::{Block, Cell, Conditions, Section};
 use solver::formulation::Formulation;
 
-use super::{DIRECT, StabilityKey, Value, ZERO};
+use super::key::{DIRECT, StabilityKey, Value, ZERO};
 use crate::blocks::{self, groups, table};
 use crate::context::Context;
 use crate::show::number;

@@ -7,7 +7,7 @@ use rod::{Mesh, Model, State};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::super::Frame;
+use super::super::frame::Frame;
 use super::super::solids::{Owner, Solid};
 use super::tube::Tube;
 use crate::Names;

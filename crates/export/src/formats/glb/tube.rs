@@ -7,7 +7,6 @@ use nalgebra::Vector3;
 use rod::{Model, State};
 
 use super::super::centrelines::{Centrelines, Node};
-use super::write_floats;
 
 /// Vertices of a ring about the centreline.
 const SIDES: usize = 8;
@@ -215,6 +214,11 @@ fn tangent(node: &Node, state: &State) -> Vector3<f64> {
     let axes = [node.after, node.before].map(|segment| segment.map(|i| state.axis(i)));
     let sum: Vector3<f64> = axes.iter().flatten().sum();
     sum.try_normalize(1e-6).or(axes[0]).unwrap_or_else(Vector3::z)
+}
+
+/// Writes numbers as glTF has them (section 3.6.2.2).
+pub(super) fn write_floats(writer: &mut impl Write, values: impl IntoIterator<Item = f32>) -> io::Result<()> {
+    values.into_iter().try_for_each(|value| writer.write_all(&value.to_le_bytes()))
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use nalgebra::UnitQuaternion;
 use rod::Model;
 
-use super::Precondition;
+use super::approximate_inverse::Precondition;
 use crate::linear::looped::Looped;
 use crate::linear::operator::Operator;
 use crate::linear::sparse::SparseError;

@@ -1,6 +1,6 @@
 //! Preconditioners that know one joint at a time: none, the diagonal, the 6x6 blocks.
 
-use super::Precondition;
+use super::approximate_inverse::Precondition;
 use crate::block::Block;
 use crate::linear::operator::Operator;
 use crate::system::System;

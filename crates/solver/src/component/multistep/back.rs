@@ -2,7 +2,7 @@
 
 use super::Multistep;
 use crate::component::BodyBar;
-use crate::component::predict::angular_momentum;
+use crate::component::turns::angular_momentum;
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;

@@ -1,7 +1,8 @@
 //! By how much turns are made stiffer than they are, as by a tension.
 
-use super::{Descent, Wind};
 use crate::component::Component;
+use crate::kernel::Spatial;
+use crate::tangent::Equations;
 
 /// Less than this, over the scale of forces, is none.
 const LEAST: f64 = 1e-7;
@@ -38,18 +39,24 @@ pub(super) struct Shift {
 }
 
 impl Shift {
-    pub(super) fn new(component: &mut Component<f64>, descent: &mut Descent, wind: &Wind, is_held: bool) -> Self {
-        let total: f64 = descent.lengths.iter().sum();
-        component.evaluate_equilibrium(&wind.forces);
-        component.gather(&mut descent.equations, 1.0);
-        let bending = descent.equations.joints.iter().map(|joint| {
+    /// Where the search begins, in these forces of air and weight, one entry a body; the equations are filled.
+    pub(super) fn new(
+        component: &mut Component<f64>,
+        equations: &mut Equations,
+        forces: &[Spatial<f64>],
+        is_held: bool,
+    ) -> Self {
+        let total: f64 = (0..component.segments()).map(|i| component.length(i)).sum();
+        component.evaluate_equilibrium(forces);
+        component.gather(equations, 1.0);
+        let bending = equations.joints.iter().map(|joint| {
             let compliance = joint.compliance[1].trace() / 3.0;
             joint.length / (compliance * total * total)
         });
         let least = if is_held { 0.0 } else { LEAST };
         let softest = bending.fold(f64::INFINITY, f64::min);
         let bending = if softest.is_finite() { BENDING * softest } else { 0.0 };
-        let weight: f64 = wind.forces.iter().map(|force| force.linear.norm_squared().sqrt()).sum();
+        let weight: f64 = forces.iter().map(|force| force.linear.norm_squared().sqrt()).sum();
         let scale = bending + weight;
         Self { scale: scale.max(f64::MIN_POSITIVE), total, least, last: least, tried: least, down: DOWN, rejected: 0 }
     }

@@ -1,6 +1,6 @@
 //! One step along a path of equilibria: prediction along the path, and Newton's method back to it.
 
-use super::PathParams;
+use super::params::PathParams;
 use crate::component::Component;
 use crate::kernel::Spatial;
 use crate::statics::balance::{Balance, Direction, Place};

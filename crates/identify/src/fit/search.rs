@@ -1,0 +1,89 @@
+//! What is searched for, and in which stages.
+
+use serde::{Deserialize, Serialize};
+
+use crate::parameter::Parameter;
+use crate::quantity::Quantity;
+use crate::specimen::{Numbers, Specimen};
+
+/// What a specimen has numbers of.
+pub type Of<S> = <<S as Specimen>::Numbers as Numbers>::Quantity;
+
+/// How to search.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search<Q> {
+    /// What is searched for; all else is held where the search begins.
+    pub free: Vec<Q>,
+    /// Other lists of what may be searched for. All go through all stages but the last, and the one goes on whose loss is least by then.
+    pub instead: Vec<Vec<Q>>,
+    /// What is searched for beside it from the last stage on.
+    pub later: Vec<Q>,
+    /// What is looked at, one after the other: little first, which leads to the basin.
+    pub stages: Vec<Stage>,
+    /// Distance of a coordinate [m] from which on it counts linearly and no longer squared.
+    pub huber: f64,
+    /// Steps from frame to frame.
+    pub steps: usize,
+    /// Most iterations at the end with a finer simulation, where there is one.
+    pub finer: usize,
+    /// How long parts of a recording are that count as independent of each other [s]; infinite: each recording is one.
+    pub independent: f64,
+}
+
+/// A part of the recordings that is looked at until the loss falls no more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stage {
+    /// Frames from the start that count, of which a recording may have fewer; `None`: all.
+    pub frames: Option<usize>,
+    /// One recording in so many counts.
+    pub every: usize,
+    /// Most iterations.
+    pub iterations: usize,
+}
+
+impl Stage {
+    /// So many frames of every recording.
+    pub const fn of_all(frames: usize, iterations: usize) -> Self {
+        Self { frames: Some(frames), every: 1, iterations }
+    }
+}
+
+impl Default for Search<Parameter> {
+    fn default() -> Self {
+        let stages = vec![
+            Stage { frames: Some(100), every: 4, iterations: 12 },
+            Stage { frames: None, every: 4, iterations: 10 },
+            Stage { frames: None, every: 1, iterations: 3 },
+        ];
+        let of = Self::of(Parameter::DEFAULT.to_vec(), stages);
+        Self { instead: vec![Parameter::INSTEAD.to_vec()], finer: 2, ..of }
+    }
+}
+
+impl<Q: Quantity> Search<Q> {
+    /// A search for some quantities, without any other list, and without an end with a finer simulation.
+    pub fn of(free: Vec<Q>, stages: Vec<Stage>) -> Self {
+        Self {
+            free,
+            instead: Vec::new(),
+            later: Vec::new(),
+            stages,
+            huber: 5e-3,
+            steps: 1,
+            finer: 0,
+            independent: f64::INFINITY,
+        }
+    }
+
+    /// Most iterations: of all lists, of whose stages the last is gone through once, and of the end.
+    pub fn iterations(&self) -> usize {
+        let all: usize = self.stages.iter().map(|stage| stage.iterations).sum();
+        self.finer + all + self.instead.len() * (all - self.stages.last().map_or(0, |stage| stage.iterations))
+    }
+
+    /// A search for each list.
+    pub(super) fn alternatives(&self) -> Vec<Self> {
+        let of = |free: &Vec<Q>| Self { free: free.clone(), instead: Vec::new(), ..self.clone() };
+        std::iter::once(&self.free).chain(&self.instead).map(of).collect()
+    }
+}
