@@ -34,7 +34,7 @@ const CONSTANTS: [(&str, usize); 24] = [
     ("knn", 3),
     ("optimise", 9),
     ("rod", 31),
-    ("scene", 37),
+    ("scene", 39),
     ("simulate", 23),
     ("solver", 153),
     ("terminal", 1),
