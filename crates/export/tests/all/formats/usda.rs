@@ -33,7 +33,7 @@ fn vectors(prim: &Prim, name: &str, code: Option<usize>) -> Vec<Vector3<f64>> {
         Some(code) => attribute.get_at(TimeCode::new(code as f64)).unwrap().unwrap(),
         None => attribute.get().unwrap().unwrap(),
     };
-    values.iter().map(|v| Vector3::new(v.x, v.y, v.z).map(|x| f64::from(x))).collect()
+    values.iter().map(|v| Vector3::new(v.x, v.y, v.z).map(f64::from)).collect()
 }
 
 /// Nodes of each curve.
