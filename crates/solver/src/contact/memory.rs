@@ -18,6 +18,9 @@ pub(super) struct Remembered {
     pressed: u32,
     span: f64,
     slips_at: [Vec3<f64>; 2],
+    compliance: [f64; 2],
+    coefficient: f64,
+    has_coefficient: bool,
 }
 
 /// A contact with a mesh that has pressed, for those that take its place where the segment slides on to other triangles.
@@ -48,6 +51,9 @@ pub(super) fn find(
         pressed: c.pressed,
         span: c.span,
         slips_at: c.slips_at,
+        compliance: c.compliance,
+        coefficient: c.coefficient,
+        has_coefficient: c.has_coefficient,
     };
     remembered.extend(contacts.iter().filter(|c| c.impulse != Vec3::zero()).map(keep));
     detector.detect(search, again, components, contacts);
@@ -57,6 +63,11 @@ pub(super) fn find(
         if let Some(old) = old.next_if(|old| old.key == contact.key) {
             (contact.guess, contact.impulse, contact.target) = (old.guess, old.impulse, old.target);
             (contact.pressed, contact.span, contact.slips_at) = (old.pressed, old.span, old.slips_at);
+            if again {
+                // Within a step its law is the same, and what it answers.
+                (contact.compliance, contact.coefficient) = (old.compliance, old.coefficient);
+                contact.has_coefficient = old.has_coefficient;
+            }
         }
     }
     counters.contact_searches += 1;

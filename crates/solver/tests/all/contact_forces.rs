@@ -173,3 +173,40 @@ fn a_grip_bears_what_presses_on_its_segment_and_the_air_on_it() {
     let given = reaction.parts;
     assert!((given.drag.force.z + drag).abs() < 1e-12 && given.contacts.force.z < -0.5 * weight(&model), "{given:?}");
 }
+
+/// A thin cylinder that tumbles falls onto a slope: it turns so far in a step that contacts are looked for anew within it.
+#[test]
+fn friction_takes_energy_where_contacts_are_found_anew_within_a_step() {
+    let normal = nalgebra::Unit::new_normalize(Vector3::new(-0.3, 0.2, 0.9));
+    for (spin, fall, restitution) in [(2.0, 1.0, 0.0), (6.0, 1.0, 0.0), (9.0, 0.5, 0.0), (3.0, 1.0, 1.0)] {
+        let mut assembly = Assembly::new(GRAVITY);
+        let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 0.5, 1);
+        assembly.rod(&RodSpec::new(nodes, 0.01, material(1e6, 1000.0)));
+        let surface = Surface { friction: Friction::new(0.6), restitution };
+        let shape = ObstacleShape::HalfSpace { point: Vector3::z() * -0.3, normal };
+        assembly.model_mut().contacts.obstacles = vec![Obstacle::new(shape, surface)];
+        let state = assembly.state_mut();
+        (state.velocities[0], state.angular_velocities[0]) =
+            (Vector3::new(0.5, 1.0, -fall), Vector3::new(-3.0, spin, -1.0));
+        let (model, state) = assembly.finish();
+        let settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
+        let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+        let (mut forces, mut slid) = (Vec::new(), 0);
+        for step in 1..=20 {
+            let status = simulation.step(DT).unwrap().status;
+            simulation.store_contact_forces(&mut forces);
+            for contact in forces.iter().filter(|_| status <= Status::ConvergedInSubsteps) {
+                let across = contact.force - contact.normal * contact.force.dot(&contact.normal);
+                let (work, most) = (across.dot(&contact.slip), across.norm() * contact.slip.norm());
+                // The direction of friction is exact to 2 % of the slip; slip below a thousandth of the radius is none.
+                let allowed = 0.03 * most + 1e-5 * across.norm();
+                assert!(
+                    work <= allowed,
+                    "spin {spin}, step {step}: friction does {work} J of work of at most {most} J"
+                );
+                slid += u32::from(contact.slip.norm() > 1e-4);
+            }
+        }
+        assert!(slid > 0, "spin {spin}: it slides");
+    }
+}
