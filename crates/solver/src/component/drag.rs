@@ -63,6 +63,12 @@ impl<T: Real> Drag<T> {
         Self { air: air.clone(), bodies, breeze: Vec3::zero(), impulses: vec![Spatial::zero(); count] }
     }
 
+    /// Mass [kg] and moment of inertia across the axis [kg m^2] of a segment, without what air adds to them.
+    pub(super) fn inertia(&self, body: usize, lane: usize) -> [f64; 2] {
+        let Exposed { mass, transverse, .. } = self.bodies[body];
+        [mass, transverse].map(|x| x.lane(lane))
+    }
+
     /// Takes the drag of a component of its own into a lane.
     pub(super) fn put(&mut self, lane: usize, from: &Drag<f64>) {
         for (body, own) in self.bodies.iter_mut().zip(&from.bodies) {

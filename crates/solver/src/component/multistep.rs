@@ -153,6 +153,11 @@ impl<T: Real> Multistep<T> {
         own.free.set_lane(lane, body.free.lane(lane));
     }
 
+    /// A segment's velocity at the end of the last step in a lane [m/s].
+    pub(super) fn set_velocity(&mut self, index: usize, lane: usize, velocity: Vec3<f64>) {
+        put(&mut self.now[index].linear, lane, velocity.0);
+    }
+
     /// The same of one lane.
     pub(super) fn pick(&self, lane: usize) -> Multistep<f64> {
         let all = |of: &[Spatial<T>]| of.iter().map(|x| pick_spatial(x, lane)).collect::<Vec<_>>();

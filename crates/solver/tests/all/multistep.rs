@@ -6,7 +6,8 @@ use crate::common::{GRAVITY, integrated, material, settings};
 use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{
-    Assembly, Body, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Reaction, RodSpec, State, shape,
+    Air, Assembly, Body, Driven, Interpolation, JointForce, Keyframe, Model, Motion, Reaction, RodSpec, State, Wind,
+    shape,
 };
 use solver::component::{Component, Members};
 use solver::formulation::Formulation;
@@ -122,7 +123,10 @@ fn a_velocity_that_is_given_is_that_of_the_step_that_follows() {
 fn reactions_balance_weight_and_inertia() {
     let (mut model, state) = rods(1, false);
     let pose = model.pose(Body::Segment(0), &state);
-    let frame = |time, shift: [f64; 3], turn: [f64; 3]| Keyframe {
+    let frame = |time, x: f64| Keyframe { time, position: pose.position + Vector3::x() * x, turn: Vector3::zeros() };
+    let motion = Motion::new(pose.orientation, &[frame(0.0, 0.0), frame(1.0, 3.0)], Interpolation::Smooth).unwrap();
+    model.motions.push(Driven::new(Body::Segment(0), Arc::new(motion)));
+    |time, shift: [f64; 3], turn: [f64; 3]| Keyframe {
         time,
         position: pose.position + Vector3::from(shift),
         turn: turn.into(),
@@ -189,6 +193,66 @@ fn damping_leaves_a_free_flight_its_exact_share() {
         for v in &stored(&simulation, &state).velocities {
             let expected = Vector3::new(1.0, -2.0, 0.5) * (-3.0 * 50.0 * DT).exp();
             assert!((v - expected).norm() < 1e-11, "{formulation}, {integrator}: {v}");
+        }
+    }
+}
+
+#[test]
+fn a_segment_that_was_held_in_a_wind_moves_on_as_if_it_had_not_been() {
+    let mut assembly = Assembly::new(GRAVITY);
+    assembly.rod(&RodSpec::new(shape::straight(Vector3::zeros(), Vector3::x(), 0.5, 1), 0.01, material(1e6, 200.0)));
+    let wind = Wind::new(Vector3::new(2.0, 3.0, 15.0), None, None);
+    assembly.air(Air { density: 1.2, normal_drag: 1.1, tangential_drag: 0.05, wind });
+    let (model, state) = assembly.finish();
+    let settings = bdf2(Formulation::XpbdGeometric);
+    let mut held = Simulation::new(&model, &state, &settings, None).unwrap();
+    for _ in 0..3 {
+        held.step(DT).unwrap();
+    }
+    held.attach(Body::Segment(0), None).unwrap();
+    held.step(DT).unwrap();
+    held.release(Body::Segment(0)).unwrap();
+    let mut now = stored(&held, &state);
+    now.velocities[0] = Vector3::new(0.5, 0.0, -1.0);
+    now.angular_velocities[0] = Vector3::new(1.0, 8.0, 2.0);
+    held.set_velocities(&now);
+    let mut fresh = Simulation::new(&model, &now, &settings, None).unwrap();
+    for step in 1..=10 {
+        held.step(DT).unwrap();
+        fresh.step(DT).unwrap();
+        let [held, fresh] = [&held, &fresh].map(|simulation| stored(simulation, &state));
+        let apart = (held.positions[0] - fresh.positions[0]).norm();
+        let turned = (held.orientations[0].coords - fresh.orientations[0].coords).norm();
+        assert!(apart < 1e-12 && turned < 1e-12, "step {step}: {apart} m, {turned}");
+    }
+}
+
+#[test]
+fn a_driven_segment_that_is_let_go_keeps_the_velocity_of_its_motion() {
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let rod = assembly.rod(&RodSpec::new(
+        shape::straight(Vector3::zeros(), Vector3::x(), 0.5, 1),
+        0.01,
+        material(1e6, 1000.0),
+    ));
+    assembly.fix(rod.start);
+    let (mut model, state) = assembly.finish();
+    let pose = model.pose(Body::Segment(0), &state);
+    let frame = |time, x: f64| Keyframe { time, position: pose.position + Vector3::x() * x, turn: Vector3::zeros() };
+    let motion = Motion::new(pose.orientation, &[frame(0.0, 0.0), frame(1.0, 3.0)], Interpolation::Smooth).unwrap();
+    model.motions.push(Driven::new(Body::Segment(0), Arc::new(motion)));
+    for formulation in Formulation::ALL {
+        let mut simulation = Simulation::new(&model, &state, &bdf2(formulation), None).unwrap();
+        for _ in 0..20 {
+            simulation.step(DT).unwrap();
+        }
+        let held = stored(&simulation, &state);
+        simulation.release(Body::Segment(0)).unwrap();
+        for step in 1..=5 {
+            simulation.step(DT).unwrap();
+            let shift = stored(&simulation, &state).positions[0] - held.positions[0];
+            let apart = (shift - held.velocities[0] * (DT * f64::from(step))).norm();
+            assert!(apart < 1e-12, "{formulation}, step {step}: {apart} m");
         }
     }
 }

@@ -3,7 +3,7 @@
 use rod::{Model, Pose};
 
 use super::{Change, Resting};
-use crate::component::parts::{copy_spatial, get, get_quat};
+use crate::component::parts::{copy_spatial, get, get_quat, pick};
 use crate::component::{Component, Members};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
@@ -65,7 +65,13 @@ impl<T: Real> Component<T> {
 
     fn hold_segment(&mut self, lane: usize, body: usize) {
         let own = &mut self.bodies[body];
-        let [inverse_mass, transverse, axial] = [own.inverse_mass, own.transverse, own.axial].map(|x| x.lane(lane));
+        let [mut inverse_mass, mut transverse, axial] =
+            [own.inverse_mass, own.transverse, own.axial].map(|x| x.lane(lane));
+        if let Some(drag) = &self.drag {
+            // Without what the air has added to it in the last step.
+            let [mass, across] = drag.inertia(body, lane);
+            (inverse_mass, transverse) = (1.0 / mass, across);
+        }
         self.resting.push(Resting { lane, body, inverse_mass, transverse, axial });
         own.inverse_mass.set_lane(lane, 0.0);
         own.transverse.set_lane(lane, 1.0);
@@ -92,8 +98,12 @@ impl<T: Real> Component<T> {
         own.axial.set_lane(lane, axial);
         own.free.set_lane(lane, 1.0);
         self.begin_with(lane, body);
-        // The angular velocity of a fixed segment is the true rate.
+        // Velocities of a fixed segment are the true rates at the end of the last step.
         self.given[body].set_lane(lane, 1.0);
+        let velocity = pick(self.velocities[body].linear, lane);
+        if let Some(steps) = &mut self.multistep {
+            steps.set_velocity(body, lane, velocity);
+        }
         self.has_given = true;
     }
 }
