@@ -164,6 +164,9 @@ impl Walk<'_> {
                     let geom = geom::geom(applied()?, at, self.compiler, self.meshes, &mut self.notes)?;
                     self.bodies[index].geoms.extend(geom);
                 }
+                "joint" | "freejoint" | "inertial" if index == 0 => {
+                    return part.wrong("is of bodies, and the world is none");
+                }
                 "joint" => self.bodies[index].joints.push((applied()?, at.rotation)),
                 "freejoint" => self.bodies[index].joints.push((part.clone(), at.rotation)),
                 "inertial" => self.bodies[index].inertial = Some(part.clone()),

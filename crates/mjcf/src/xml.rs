@@ -64,11 +64,14 @@ impl Reader<'_> {
             line: error.pos().row as usize,
             message: format!("not valid XML: {}", error.to_string().replace(char::is_control, " ")),
         })?;
-        self.element(&document, document.root_element(), &file, depth)
+        let breaks: Vec<usize> =
+            text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at).collect();
+        self.element(document.root_element(), &file, &breaks, depth)
     }
 
-    fn element(&mut self, document: &Document, node: Node, file: &Arc<str>, depth: usize) -> Result<Element> {
-        let place = |at: usize| Place { file: file.clone(), line: document.text_pos_at(at).row as usize };
+    /// A node with all that is in it; `breaks` are the ends of the lines of its file.
+    fn element(&mut self, node: Node, file: &Arc<str>, breaks: &[usize], depth: usize) -> Result<Element> {
+        let place = |at: usize| Place { file: file.clone(), line: 1 + breaks.partition_point(|end| *end < at) };
         let attribute = |given: roxmltree::Attribute| Attribute {
             name: given.name().to_owned(),
             value: given.value().to_owned(),
@@ -84,7 +87,7 @@ impl Reader<'_> {
             return element.wrong(&format!("lies deeper than {DEEPEST} elements"));
         }
         for child in node.children().filter(Node::is_element) {
-            let child = self.element(document, child, file, depth + 1)?;
+            let child = self.element(child, file, breaks, depth + 1)?;
             if child.tag == "include" {
                 element.children.extend(self.included(&child, depth + 1)?);
             } else {

@@ -91,6 +91,7 @@ fn values() {
             "    <body name=\"b\"><joint/><geom size=\"1\"/></body>\n  </worldbody>\n",
             "x.xml:13: <joint>: a hinge: free and slide joints of bodies are read",
         ),
+        (end, "    <freejoint/>\n  </worldbody>\n", "x.xml:13: <freejoint>: is of bodies, and the world is none"),
         (end, "    <flexcomp/>\n  </worldbody>\n", "x.xml:13: <flexcomp>: is not read"),
         (end, "  </worldbody><tendon><spatial/></tendon>\n", "x.xml:13: <spatial>: tendons are not read"),
         (
@@ -169,7 +170,7 @@ fn texts_that_are_no_models() {
         assert!(error.starts_with(expected), "{error}");
     }
     // However deep elements lie in one another, the stack holds.
-    let deep = format!("<mujoco>{}{}</mujoco>", "<body>".repeat(400), "</body>".repeat(400));
+    let deep = format!("<mujoco>{}{}</mujoco>", "<body>".repeat(100_000), "</body>".repeat(100_000));
     let error = mjcf::convert(&deep, Path::new("x.xml")).expect_err("deep").to_string();
     assert_eq!(error, "x.xml:1: <body>: lies deeper than 200 elements");
 }
