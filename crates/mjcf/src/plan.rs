@@ -177,14 +177,14 @@ impl<'a> Plan<'a> {
         let is_still = |side| matches!(side, Side::Body(k) if matches!(self.world.bodies[k].kind, Kind::Still));
         match (first, second) {
             (Side::Segment { cable, segment }, other) if is_still(other) => {
-                self.to_still(element, cable, segment, constraint.place)
+                self.hold_still(element, cable, segment, constraint.place)
             }
             (other, Side::Segment { cable, segment }) if is_still(other) => {
-                self.to_still(element, cable, segment, constraint.place)
+                self.hold_still(element, cable, segment, constraint.place)
             }
             (Side::Segment { cable, segment }, Side::Body(body))
             | (Side::Body(body), Side::Segment { cable, segment }) => {
-                self.to_body(element, (cable, segment), body, constraint.place)
+                self.hold_to_body(element, (cable, segment), body, constraint.place)
             }
             (Side::Segment { cable, segment }, Side::Segment { cable: other, segment: theirs }) => {
                 let (place, joint) = match constraint.place {
@@ -209,7 +209,13 @@ impl<'a> Plan<'a> {
     }
 
     /// Holds a segment of a cable to what stays where it is: in a place, or altogether.
-    fn to_still(&mut self, element: &Element, cable: usize, segment: usize, place: Option<Vector3<f64>>) -> Result<()> {
+    fn hold_still(
+        &mut self,
+        element: &Element,
+        cable: usize,
+        segment: usize,
+        place: Option<Vector3<f64>>,
+    ) -> Result<()> {
         let own = &self.world.cables[cable];
         let Some(place) = place else {
             self.holds[cable].fixed.insert(segment);
@@ -245,7 +251,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Joins a segment of a cable to a body that moves.
-    fn to_body(
+    fn hold_to_body(
         &mut self,
         element: &Element,
         (cable, segment): (usize, usize),
