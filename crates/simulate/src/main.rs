@@ -8,6 +8,7 @@ mod branches;
 mod choice;
 mod cli;
 mod coarse;
+mod converted;
 mod curves;
 #[cfg(feature = "gn")]
 mod demo;
@@ -100,6 +101,7 @@ fn main() -> ExitCode {
         None if std::env::args_os().len() == 1 => first_run(&cli),
         None => one_run(&cli),
         Some(Command::List) => list::list(),
+        Some(Command::Convert(args)) => converted::convert(&args),
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Export(args)) => exports::export(&args),
         Some(Command::Static(args)) => statics::find(&args),

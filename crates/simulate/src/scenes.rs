@@ -13,6 +13,7 @@ use solver::snapshot::Snapshot;
 use solver::statics::{StaticParams, equilibrium};
 
 use crate::cli::{BeginArgs, Cli, OfScene, SceneArgs};
+use crate::converted::{is_mjcf, load};
 use crate::files::TRAJECTORY;
 use crate::going_on::{Found, Label, hash, hash_of_segments, place_of_snapshot, read_snapshot};
 use crate::held::{self, Hold, hold_as, hold_frame};
@@ -168,6 +169,9 @@ pub(crate) fn named(name: &str, of: &OfScene) -> Result<Scene> {
         if given {
             bail!("{flag} needs a random scene ({}), but the scene is {name}", random_names());
         }
+    }
+    if is_mjcf(name) {
+        return load(name, set);
     }
     let is_file = name.ends_with(".toml") || name.contains(['/', '\\']);
     let found = if is_file { scene::load_set(name, set) } else { scene::builtin_set(name, set) };
