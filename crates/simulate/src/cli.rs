@@ -43,6 +43,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// List the scenes that come with the program.
     List,
+    /// Write a file of MuJoCo's (MJCF) with cables as a scene file, and say what is left out.
+    Convert(ConvertArgs),
     /// Put several runs into one page, to watch them side by side or overlaid.
     View(ViewArgs),
     /// Write files for other programs of a run that is on the disk.
@@ -56,9 +58,9 @@ pub(crate) enum Command {
 /// Which scene, and for how long.
 #[derive(Args, Debug)]
 pub(crate) struct SceneArgs {
-    /// What to simulate: the name of a scene that comes with the program (see `simulate list`), or a file of your own that
-    /// ends in .toml (see docs/scenes.md). random-rod, random-helix, random-knot and random-tree are drawn at random, as in
-    /// the COPINGNet paper [default: the scene of the run that --from names, else bending-rod].
+    /// What to simulate: the name of a scene that comes with the program (see `simulate list`), a file of your own that ends in
+    /// .toml (see docs/scenes.md), or one of MuJoCo's that ends in .xml (see docs/mjcf.md). random-rod, random-helix, random-knot
+    /// and random-tree are drawn at random, as in the COPINGNet paper [default: the scene of the run that --from names, else bending-rod].
     #[arg(value_name = "SCENE.toml | NAME")]
     pub(crate) scene: Option<String>,
     #[command(flatten)]
@@ -309,6 +311,16 @@ impl RunArgs {
             rods,
         })
     }
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ConvertArgs {
+    /// A file of MuJoCo's with cables (see docs/mjcf.md).
+    #[arg(value_name = "FILE.xml")]
+    pub(crate) file: String,
+    /// Write the scene to this file, which must not exist [default: it is printed].
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

@@ -10,6 +10,7 @@ mod choice;
 mod chosen;
 mod cli;
 mod coarse;
+mod converted;
 mod curves;
 #[cfg(feature = "gn")]
 mod demo;
@@ -94,6 +95,7 @@ fn main() -> ExitCode {
         None if std::env::args_os().len() == 1 => first_run(&cli),
         None => one_run(&cli),
         Some(Command::List) => list::list(),
+        Some(Command::Convert(args)) => converted::convert(&args),
         Some(Command::View(args)) => view::view(&args),
         Some(Command::Export(args)) => exports::export(&args),
         Some(Command::Static(args)) => statics::find(&args),

@@ -8,6 +8,7 @@ use scene::sampling::{Family, Parameters};
 use scene::{Scene, SceneError};
 
 use crate::cli::{Cli, OfScene};
+use crate::converted::{is_mjcf, load};
 
 /// Names of random scenes.
 const RANDOM: [(&str, Family); 4] = [
@@ -42,6 +43,9 @@ pub(crate) fn named(name: &str, of: &OfScene) -> Result<Scene> {
         if given {
             bail!("{flag} needs a random scene ({}), but the scene is {name}", random_names());
         }
+    }
+    if is_mjcf(name) {
+        return load(name, set);
     }
     let is_file = name.ends_with(".toml") || name.contains(['/', '\\']);
     let found = if is_file { scene::load_set(name, set) } else { scene::builtin_set(name, set) };

@@ -17,6 +17,7 @@ mod killed;
 mod learned;
 mod learned_start;
 mod mistakes;
+mod mjcf;
 mod pictures;
 mod recipes;
 mod runs;
