@@ -176,8 +176,16 @@ impl Browser {
     /// # Errors
     /// If it fails, with what it says, or if it takes more than five minutes.
     pub fn open(&mut self, page: &Path) -> Result<Duration> {
+        self.open_address(&format!("file://{}", page.display()))
+    }
+
+    /// Opens a page by its address, as [`Browser::open`].
+    ///
+    /// # Errors
+    /// As [`Browser::open`].
+    pub fn open_address(&mut self, address: &str) -> Result<Duration> {
         let start = Instant::now();
-        self.call("Page.navigate", json!({"url": format!("file://{}", page.display())}))?;
+        self.call("Page.navigate", json!({"url": address}))?;
         let ready = wait(PATIENCE, || match self.evaluate("document.documentElement.dataset.state") {
             Ok(state) if state == "ready" => Ok(Some(start.elapsed())),
             Ok(state) if state == "failed" => bail!("the page failed: {}", self.evaluate("document.body.innerText")?),
@@ -233,6 +241,28 @@ impl Browser {
             self.call("Input.dispatchTouchEvent", json!({"type": kind, "touchPoints": places}))?;
         }
         self.call("Input.dispatchTouchEvent", json!({"type": "touchEnd", "touchPoints": []})).map(drop)
+    }
+
+    /// Presses the mouse at the first of some places [px], moves it through the others, and leaves it pressed at the last.
+    pub fn press(&mut self, places: &[[f64; 2]]) -> Result<()> {
+        for (k, [x, y]) in places.iter().enumerate() {
+            let (kind, button) = if k == 0 { ("mousePressed", "left") } else { ("mouseMoved", "left") };
+            let event = json!({"type": kind, "x": x, "y": y, "button": button, "buttons": 1, "clickCount": 1});
+            self.call("Input.dispatchMouseEvent", event)?;
+        }
+        Ok(())
+    }
+
+    /// Moves the pressed mouse to a place [px].
+    pub fn move_pressed(&mut self, [x, y]: [f64; 2]) -> Result<()> {
+        let event = json!({"type": "mouseMoved", "x": x, "y": y, "button": "left", "buttons": 1});
+        self.call("Input.dispatchMouseEvent", event).map(drop)
+    }
+
+    /// Lets the mouse go at a place [px].
+    pub fn lift(&mut self, [x, y]: [f64; 2]) -> Result<()> {
+        let event = json!({"type": "mouseReleased", "x": x, "y": y, "button": "left", "clickCount": 1});
+        self.call("Input.dispatchMouseEvent", event).map(drop)
     }
 
     /// A picture of the page, or of the element that a selector names.

@@ -178,6 +178,16 @@ pub mod guess {
     pub use solver::simulation::GuessFactory;
 }
 
+/// A running simulation in a browser, watched and handled: with the cargo feature `live`.
+///
+/// `docs/live.md` of the repository has the buttons and keys, and what travels between the simulation and the page.
+#[cfg(feature = "live")]
+pub mod live {
+    pub use ::live::{
+        Input, Knob, Knobs, Live, LiveError, Options, Rebuild, Recording, Replay, Save, Session, serve, with_hands,
+    };
+}
+
 /// What most programs need.
 pub mod prelude {
     pub use nalgebra::{UnitQuaternion, Vector3};

@@ -8,6 +8,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use dataset::Scenario;
 use export::Format;
+use live::Recording;
 use scene::{Origin, Scene};
 use solver::formulation::{ContactProjection, Formulation, Tangent};
 use solver::integrator::Integrator;
@@ -21,7 +22,7 @@ use crate::solver_name::SolverName;
 use terminal::{positive, threads};
 
 /// Folder of the runs' folders where none is named.
-const OUT: &str = "out";
+pub(crate) const OUT: &str = "out";
 
 /// Simulates elastic rods: ropes, cables, sutures, springs, hair, trees.
 ///
@@ -56,7 +57,7 @@ pub(crate) enum Command {
 }
 
 /// Which scene, and for how long.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct SceneArgs {
     /// What to simulate: the name of a scene that comes with the program (see `simulate list`), a file of your own that ends in
     /// .toml (see docs/scenes.md), or one of MuJoCo's that ends in .xml (see docs/mjcf.md). random-rod, random-helix, random-knot
@@ -124,7 +125,7 @@ pub(crate) struct OfScene {
 }
 
 /// Where a scene begins, if not as it says itself.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct BeginArgs {
     /// Begin where another run of the scene, or `simulate static`, has left off. After a run with --snapshot or
     /// --snapshot-every the run goes on from FOLDER with the same bits as if that one had not ended, and time goes on, too. Else,
@@ -134,7 +135,7 @@ pub(crate) struct BeginArgs {
     pub(crate) from: Option<Origin>,
 }
 
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct RunArgs {
     /// How the linear equations of a step are solved: auto (chosen for the scene; the summary says why), direct
     /// (elimination along the rods), sparse (sparse Cholesky), cg (conjugate gradients). With auto, a flag that is of use to
@@ -172,6 +173,21 @@ pub(crate) struct RunArgs {
     /// rod that can touch itself is held at both ends, helix where joints are bent or twisted at rest, else rod].
     #[arg(long)]
     pub(crate) scenario: Option<Scenario>,
+    /// Show the simulation while it runs, in a browser on this machine, at the address that is printed: pause, drag rods and bodies,
+    /// pin them, go back in time, change gravity and wind, save what happened (docs/live.md). It ends with Ctrl-C, or when the page
+    /// has been closed for a minute.
+    #[arg(long, conflicts_with_all = ["end_to_end", "json", "steps", "replay"])]
+    pub(crate) live: bool,
+    /// Port of --live on this machine [default: one that is free].
+    #[arg(long, requires = "live", value_name = "PORT")]
+    pub(crate) port: Option<u16>,
+    /// Do again what was done in a live view: the file live-input.json of a run that was saved there. The motion has the same bits,
+    /// with the same scene and flags.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["end_to_end", "steps", "dt", "fps"])]
+    pub(crate) replay: Option<PathBuf>,
+    /// What is done again, where it is no file yet.
+    #[arg(skip)]
+    pub(crate) recording: Option<Recording>,
     /// Write view.html, a page that plays the motion in a browser, one file that needs no network. Of a run with more than
     /// 1,000 steps it shows that many. `simulate view` puts several runs into one page.
     #[arg(long)]
@@ -309,6 +325,7 @@ impl RunArgs {
             probes: &scene.probes,
             table: None,
             rods,
+            input: self.recording.as_ref(),
         })
     }
 }

@@ -7,6 +7,7 @@ use export::{
     Format, Names, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, csv_field, write_format,
     write_json, write_probes, write_snapshots,
 };
+use live::Recording;
 use rod::{JointForce, Model, Part, Probe, State, Wrench};
 use scene::Scene;
 use serde::Serialize;
@@ -32,6 +33,8 @@ pub(crate) const ENVELOPE: &str = "envelope.csv";
 const CONTACTS: &str = "contacts.csv";
 const CONTACT_COLUMNS: &str = "frame,time_s,segment,segment_name,other,other_name,x_m,y_m,z_m,normal_x,normal_y,normal_z,\
                                force_x_n,force_y_n,force_z_n,slip_x_m,slip_y_m,slip_z_m";
+/// What was done in a live view.
+pub(crate) const INPUT: &str = "live-input.json";
 /// A run as the player knows it, for `simulate view`, and the page that plays it.
 pub(crate) const RUN: &str = "view.json";
 pub(crate) const PAGE: &str = "view.html";
@@ -59,6 +62,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) table: Option<&'static str>,
     /// The rods that are drawn and tabulated, by number; `None`: all.
     pub(crate) rods: Option<Vec<usize>>,
+    /// What was done in a live view, which is kept.
+    pub(crate) input: Option<&'a Recording>,
 }
 
 impl Wanted<'_> {
@@ -76,6 +81,7 @@ impl Wanted<'_> {
             probes: &[],
             table: None,
             rods: None,
+            input: None,
         }
     }
 
@@ -112,9 +118,17 @@ impl Wanted<'_> {
         let of_contacts = [CONTACTS].into_iter().filter(|_| self.contact_forces);
         let of_envelope = [ENVELOPE].into_iter().filter(|_| self.envelope);
         let of_snapshot = [SNAPSHOT].into_iter().filter(|_| self.snapshot);
+        let of_input = [INPUT].into_iter().filter(|_| self.input.is_some());
         let of_formats = self.formats.iter().flat_map(|format| format.outputs(model));
         let tables = self.table.into_iter().chain(of_probes).chain(of_contacts).chain(of_envelope).chain(of_formats);
-        of_motion.chain(of_snapshot).chain(of_plots).chain(of_view).chain(tables).chain([SUMMARY]).collect()
+        of_motion
+            .chain(of_snapshot)
+            .chain(of_input)
+            .chain(of_plots)
+            .chain(of_view)
+            .chain(tables)
+            .chain([SUMMARY])
+            .collect()
     }
 }
 
@@ -207,6 +221,9 @@ impl<'a> Files<'a> {
 
     fn begin(&mut self, scene: &Scene, dt: f64, joints: usize, time: f64) -> Result<()> {
         self.scene_file.write(self.folder.path())?;
+        if let Some(input) = self.wanted.input {
+            write_json(&self.folder.path().join(INPUT), input)?;
+        }
         let keeps_contacts = self.wanted.keeps_contacts(scene);
         if self.wanted.needs_motion() {
             let segments_hash = Some(hash_of_segments(&scene.model));

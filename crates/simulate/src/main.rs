@@ -35,6 +35,7 @@ mod run;
 mod sample;
 mod scenes;
 mod sharp;
+mod shown;
 mod solver_name;
 mod sought;
 mod statics;
@@ -79,7 +80,7 @@ fn first_run(cli: &Cli) -> Result<Outcome> {
 fn one_run(cli: &Cli) -> Result<Outcome> {
     let outcome = run::run(&cli.scene, &cli.run)?;
     let prints = !cli.scene.quiet && !cli.scene.json;
-    if prints && !cli.run.writes() && matches!(outcome, Outcome::Done) {
+    if prints && !cli.run.live && !cli.run.writes() && matches!(outcome, Outcome::Done) {
         say!("add --view to this command for a page to watch it")?;
     }
     Ok(outcome)

@@ -7,6 +7,7 @@ use anyhow::{Context, Error, Result, bail};
 use catalogue::{Guess, GuessName, Training, plane};
 use chart::Conditions;
 use graph::{Normal, planar_normal};
+use live::{Rebuild, Replay};
 use rod::{Model, State};
 use scene::Scene;
 use solver::auto::Choice;
@@ -30,13 +31,21 @@ use crate::rate::Rate;
 use crate::reached::Reached;
 use crate::rods;
 use crate::scenes::{self, Begun, From, left_out, origin, overlapping, settings, use_threads};
+use crate::shown::{handled, read_recording, replay, show};
 use crate::summary::{Start, Summary};
 use crate::watch::Watch;
 use terminal::{Progress, say};
 
 /// Runs a scene, writes what was asked for, and prints the summary.
 pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
+    if let (Some(file), None) = (&args.replay, &args.recording) {
+        let recording = Some(read_recording(file)?);
+        return run(scene_args, &RunArgs { recording, ..args.clone() });
+    }
     let mut begun = scenes::scene(scene_args)?;
+    if let Some(recording) = &args.recording {
+        begun.scene.run.steps = usize::try_from(recording.steps)?;
+    }
     begun.scene.run.every = args.every.unwrap_or(begun.scene.run.every);
     for (flag, is_given) in [("--every", args.every.is_some()), ("--fps", args.fps.is_some())] {
         if is_given && !args.writes() {
@@ -63,17 +72,34 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let plane = asked_plane.or_else(own_plane);
     training.say_foreign(&[name], &scene)?;
     training.say_time_steps(name, &guess, scene.run.dt)?;
+    let handled = handled(&scene, args);
+    let model = handled.as_ref().unwrap_or(&scene.model);
+    if let (Some(From { what, .. }), Some(_)) = (&from, &handled) {
+        bail!("{what}: a live view begins with a frame, not with a snapshot: give FOLDER@K");
+    }
     let simulation = match (args.end_to_end, guess.projection(plane)) {
         (Some(predictions), Some(project)) => {
             let params = StepParams { max_iterations: predictions, ..settings.step };
             Simulation::end_to_end(&scene.model, &scene.state, &params, &project).map_err(Error::from)
         }
-        _ => solved(&scene, &settings, &guess, choice.as_ref(), plane),
+        _ => solved((model, &scene.state), &settings, &guess, choice.as_ref(), plane),
     };
     let mut simulation = simulation.map_err(|error| match error.downcast_ref() {
         Some(SimulationError::Overlap(overlap)) => overlapping(&scene, scene_args, overlap),
         _ => error,
     })?;
+    let start = scene.state.clone();
+    let rebuild: Rebuild<'_> = Box::new(|model| {
+        let solved = solved((model, &start), &settings, &guess, choice.as_ref(), plane);
+        solved.map_err(|error| format!("{error:#}"))
+    });
+    if args.live {
+        return show(&scene, model, &mut simulation, rebuild, (scene_args, args), run);
+    }
+    let mut again = match &args.recording {
+        Some(recording) => Some(replay(recording, model, &mut simulation, scene.run.dt, rebuild)?),
+        None => None,
+    };
     if let Some(From { snapshot, what, .. }) = &from {
         if simulation.restore(snapshot).is_err() {
             bail!(
@@ -123,7 +149,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let mut watch = Watch::new(&model, &state, time, probes, args.envelope);
     let stops_apart = !args.keep_going && args.end_to_end.is_none();
     let beside = (&mut keep, &mut watch);
-    let mut reached = go(&scene, &mut simulation, &mut state, &mut measured, beside, &progress, stops_apart)?;
+    let mut reached =
+        go(&scene, &mut simulation, &mut state, &mut measured, beside, &progress, (stops_apart, again.as_mut()))?;
     if args.end_to_end.is_some() {
         // Predictions in the place of solves leave errors, of whatever size.
         reached.apart = None;
@@ -230,7 +257,7 @@ fn title(scene: &Scene, settings: &Settings, guess: GuessName, args: &RunArgs) -
 
 /// A simulation whose solves or steps begin where the guess says.
 fn solved(
-    scene: &Scene,
+    (model, state): (&Model, &State),
     settings: &Settings,
     guess: &Guess,
     choice: Option<&Choice>,
@@ -243,10 +270,10 @@ fn solved(
     };
     let is_zero = matches!(guess, Guess::Plain(GuessKind::Zero));
     let factory: Option<GuessFactory<'_>> = if is_zero { None } else { Some(&build) };
-    Ok(Simulation::new(&scene.model, &scene.state, settings, factory)?)
+    Ok(Simulation::new(model, state, settings, factory)?)
 }
 
-/// Steps until all are done, joints are apart (if it `stops_apart`), numbers are not finite, the disk takes no more, or Ctrl-C.
+/// Steps until all are done, with what is done `again`, joints are apart (if it `stops_apart`), numbers are not finite, the disk takes no more, or Ctrl-C.
 /// `state` is the last finite one in the end.
 fn go(
     scene: &Scene,
@@ -255,15 +282,24 @@ fn go(
     measured: &mut Measured,
     (keep, watch): (&mut Option<Keep<'_>>, &mut Option<Watch<'_>>),
     progress: &Progress,
-    stops_apart: bool,
+    (stops_apart, mut again): (bool, Option<&mut Replay<'_>>),
 ) -> Result<Reached> {
     let (mut status, mut steps, mut wall, mut refused) = (Status::Converged, 0, Duration::ZERO, None);
     let (mut apart, mut snapshot) = (None, Snapshot::default());
     let (mut next, mut model) = (state.clone(), Cow::Borrowed(&scene.model));
     let mut last = scene.run.steps == 0 || progress.stopped();
     while !last {
+        if let Some(again) = &mut again {
+            again.before_step(simulation)?;
+            if let Some(changed) = again.changed() {
+                *model.to_mut() = Model { loads: scene.model.loads.clone(), ..changed.clone() };
+            }
+        }
         let begin = Instant::now();
         let now = simulation.step(scene.run.dt)?.status;
+        if let Some(again) = &mut again {
+            again.stepped(simulation);
+        }
         status = status.max(now);
         wall += begin.elapsed();
         steps += 1;

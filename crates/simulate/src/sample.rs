@@ -48,7 +48,7 @@ impl Sampler {
         step.is_multiple_of(self.every)
     }
 
-    /// The sample after so many steps, of which `state` is the end.
+    /// The sample after so many steps, of which `state` is the end. A simulation that was built anew on the way counts from then on.
     pub(crate) fn sample(&mut self, model: &Model, state: &State, simulation: &Simulation, step: usize) -> Sample {
         let counters = simulation.counters();
         let steps = (step - std::mem::replace(&mut self.step, step)).max(1) as f64;
@@ -58,8 +58,11 @@ impl Sampler {
             time: simulation.time(),
             energy: measure::energy(model, state),
             length_ratio: length(model, state) / self.first_length,
-            iterations: (counters.iterations - before.iterations) as f64 / (steps * simulation.components() as f64),
-            stages_us: std::array::from_fn(|k| (now[k].0, 1e6 * (now[k].1 - then[k].1).as_secs_f64() / steps)),
+            iterations: counters.iterations.saturating_sub(before.iterations) as f64
+                / (steps * simulation.components() as f64),
+            stages_us: std::array::from_fn(|k| {
+                (now[k].0, 1e6 * now[k].1.saturating_sub(then[k].1).as_secs_f64() / steps)
+            }),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What colours show: one number of 8 bits a segment and frame, with the scale that it is read on.
 
+use rod::{Body, JointForce, Model, State, curvature};
 use serde::{Deserialize, Serialize};
 
 use crate::DecodeError;
@@ -32,6 +33,39 @@ pub enum Channel {
 impl Channel {
     /// All, in the order in which they are stored.
     pub const ALL: [Channel; 4] = [Channel::Curvature, Channel::Tension, Channel::Residual, Channel::Speed];
+}
+
+/// Visits what the channels show of a state: each value with its segment. `forces` are what joints transmit; empty where that is not
+/// known.
+pub(crate) fn visit(model: &Model, state: &State, forces: &[JointForce], mut visit: impl FnMut(Channel, usize, f64)) {
+    for (i, v) in state.velocities.iter().enumerate().take(model.segments.len()) {
+        visit(Channel::Speed, i, v.norm());
+    }
+    for (k, joint) in model.joints.iter().enumerate() {
+        let bent = curvature(model, state, joint);
+        let force = forces.get(k);
+        for body in [joint.a, joint.b] {
+            let Body::Segment(i) = body else { continue };
+            visit(Channel::Curvature, i, bent);
+            if let Some(force) = force {
+                visit(Channel::Tension, i, force.tension(model, state, joint));
+                visit(Channel::Residual, i, force.residual(model, state, joint));
+            }
+        }
+    }
+}
+
+/// Of each segment its values on the channels, in the order of [`Channel::ALL`]: of several joints the largest, as [`Channel`] says;
+/// `None` where it has none, or it is not finite. `forces` are what joints transmit; empty where that is not known.
+pub fn channel_values(model: &Model, state: &State, forces: &[JointForce]) -> Vec<[Option<f64>; 4]> {
+    let mut values = vec![[None; 4]; model.segments.len()];
+    visit(model, state, forces, |channel, segment, value| {
+        let own: &mut Option<f64> = &mut values[segment][channel as usize];
+        if value.is_finite() && own.is_none_or(|own| value.abs() > own.abs()) {
+            *own = Some(value);
+        }
+    });
+    values
 }
 
 /// How codes lie between a range's ends.

@@ -24,12 +24,12 @@ mod run;
 mod store;
 mod track;
 
-pub use channel::{Channel, Range, Scale};
+pub use channel::{Channel, Range, Scale, channel_values};
 pub use curve::{Curve, Line};
 pub use decoded::Decoded;
 pub use error::{DecodeError, ViewError};
 pub use mark::Pressing;
-pub use page::write_page;
+pub use page::{live_page, write_page};
 pub use quaternion::ORIENTATION_PRECISION;
 pub use recorder::{Frame, Recorder};
 pub use run::Run;

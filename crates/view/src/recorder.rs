@@ -1,10 +1,10 @@
 //! Recording a run, frame by frame.
 
 use nalgebra::Vector3;
-use rod::{Body, JointForce, Model, State, curvature, successors};
+use rod::{JointForce, Model, State, successors};
 
 use crate::body::Bodies;
-use crate::channel::{Channel, Range};
+use crate::channel::{self, Range};
 use crate::chapter::Chapter;
 use crate::curve::Curve;
 use crate::deflate::deflated;
@@ -167,14 +167,14 @@ impl Recorder {
         }
     }
 
-    /// What colours show: of each segment the largest of its joints'.
+    /// What colours show.
     fn push_values(&mut self, frame: &Frame<'_>) {
         let Self { model, values, .. } = self;
         let start = values[0].len();
         for track in values.iter_mut() {
             track.resize(start + model.segments.len(), coarse::UNKNOWN);
         }
-        let mut raise = |channel: Channel, segment: usize, value: f64| {
+        channel::visit(model, frame.state, frame.forces, |channel, segment, value| {
             let code = &mut values[channel as usize][start + segment];
             let new = coarse::pack(value);
             // Codes of magnitudes are ordered as their numbers are.
@@ -182,22 +182,7 @@ impl Recorder {
             if coarse::is_known(new) && (larger || !coarse::is_known(*code)) {
                 *code = new;
             }
-        };
-        for (i, v) in frame.state.velocities.iter().enumerate().take(model.segments.len()) {
-            raise(Channel::Speed, i, v.norm());
-        }
-        for (k, joint) in model.joints.iter().enumerate() {
-            let bent = curvature(model, frame.state, joint);
-            let force = frame.forces.get(k);
-            for body in [joint.a, joint.b] {
-                let Body::Segment(i) = body else { continue };
-                raise(Channel::Curvature, i, bent);
-                if let Some(force) = force {
-                    raise(Channel::Tension, i, force.tension(model, frame.state, joint));
-                    raise(Channel::Residual, i, force.residual(model, frame.state, joint));
-                }
-            }
-        }
+        });
     }
 
     /// The run, packed.

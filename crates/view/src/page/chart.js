@@ -8,8 +8,15 @@ class Chart {
   constructor(canvas, motions) {
     this.canvas = canvas;
     this.motions = motions;
-    this.end = Math.max(...motions.map((motion) => motion.time.at(-1)));
-    this.begin = Math.min(...motions.map((motion) => motion.time[0]));
+  }
+
+  /** First and last time [s]. */
+  get begin() {
+    return Math.min(...this.motions.map((motion) => motion.time[0]));
+  }
+
+  get end() {
+    return Math.max(...this.motions.map((motion) => motion.time.at(-1)));
   }
 
   /** The time [s] at a place of the page, from its left edge. */

@@ -114,8 +114,8 @@ class Controls {
     const actions = {
       ArrowLeft: () => player.step(-1),
       ArrowRight: () => player.step(1),
-      Home: () => player.seek(0),
-      End: () => player.seek(player.frames - 1),
+      Home: () => player.toStart(),
+      End: () => player.toEnd(),
       "+": () => page.moveCamera(() => camera.zoom(1 / 1.15)),
       "=": () => page.moveCamera(() => camera.zoom(1 / 1.15)),
       "-": () => page.moveCamera(() => camera.zoom(1.15)),

@@ -1,7 +1,8 @@
 // The page: unpacks the runs, joins all parts, and draws when something has changed.
 
 class Page {
-  constructor(motions) {
+  /** `kinds` are the classes of what says which frame is shown, and of the controls. */
+  constructor(motions, kinds = { player: Player, controls: Controls }) {
     this.motions = motions;
     this.visible = motions.map(() => true);
     this.colour = this.kinds()[0][0];
@@ -14,8 +15,8 @@ class Page {
     this.renderer = new Renderer(element("picture"), motions);
     this.camera = this.renderer.camera;
     this.chart = new Chart(element("chart"), motions);
-    this.player = new Player(motions, () => this.#frameChanged());
-    this.controls = new Controls(this);
+    this.player = new kinds.player(motions, () => this.#frameChanged());
+    this.controls = new kinds.controls(this);
     this.card = new Card(this, Math.max(0, 3 - Math.ceil(Math.log10(this.camera.radius))));
     this.saver = new Saver(this);
     this.#readTheme();
@@ -114,12 +115,18 @@ class Page {
     this.#changed();
   }
 
+  /** The line of sight to a place of the page, and the picture that it is in. */
+  sightAt(x, y) {
+    const pane = this.#pictureAt(x, y);
+    const sight = this.camera.sight((2 * (x - pane.x)) / pane.width, (2 * (pane.y - y)) / pane.height, pane.width / pane.height, pane.height);
+    return { sight, pane };
+  }
+
   /** What is meant at a place of the page. */
   pick(x, y, pointer = "mouse") {
     // What was asked for since the last picture is where it will be seen.
     if (this.stale) this.draw(performance.now());
-    const pane = this.#pictureAt(x, y);
-    const sight = this.camera.sight((2 * (x - pane.x)) / pane.width, (2 * (pane.y - y)) / pane.height, pane.width / pane.height, pane.height);
+    const { sight, pane } = this.sightAt(x, y);
     const near = NEAR[pointer] ?? NEAR.mouse;
     return picked(sight, this.renderer, pane.runs, (run) => this.player.frameOf(run), this.obstacles, near);
   }
@@ -227,6 +234,7 @@ class Page {
       this.stale = this.renamed = false;
     }
     this.drawPicture();
+    this.overlay?.draw();
     this.saver.follow();
     if (player.playing) this.#request();
   }
@@ -280,17 +288,14 @@ function fail(error) {
   document.documentElement.dataset.state = "failed";
 }
 
-async function start() {
+/** The runs that stand in the page, as motions of a `kind`. */
+async function embedded(kind = Motion) {
   if (typeof DecompressionStream === "undefined")
     throw new Error("This page unpacks its data with DecompressionStream, which this browser does not offer. Browsers since 2023 do.");
   const runs = JSON.parse(element("runs").textContent);
   element("runs").remove();
-  const page = new Page(await Promise.all(runs.map((run) => Motion.unpack(run))));
-  window.player = scriptable(page);
-  document.documentElement.dataset.state = "ready";
-  if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) page.player.play();
+  return Promise.all(runs.map((run) => kind.unpack(run)));
 }
 
 window.addEventListener("error", (event) => fail(event.error ?? event));
 window.addEventListener("unhandledrejection", (event) => fail(event.reason));
-start().catch(fail);

@@ -75,7 +75,7 @@ class Motion {
     const bytes = await inflate(run.data);
     run.data = "";
     const contacts = run.contacts ? contactsOf(run.contacts, await inflate(run.contacts.data)) : null;
-    return new Motion(run, bytes, contacts);
+    return new this(run, bytes, contacts);
   }
 
   constructor(run, bytes, contacts) {

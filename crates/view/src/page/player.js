@@ -62,6 +62,16 @@ class Player {
     this.changed();
   }
 
+  /** Shows the first frame. */
+  toStart() {
+    this.seek(0);
+  }
+
+  /** Shows the last frame. */
+  toEnd() {
+    this.seek(this.frames - 1);
+  }
+
   /** Shows a frame so many further on, and stops there. */
   step(by) {
     this.playing = false;

@@ -12,19 +12,39 @@ class Renderer {
   constructor(canvas, motions) {
     this.canvas = canvas;
     this.motions = motions;
-    const boxes = motions.map((motion) => motion.box());
-    const low = [0, 1, 2].map((k) => Math.min(...boxes.map((box) => box.low[k])));
-    const high = [0, 1, 2].map((k) => Math.max(...boxes.map((box) => box.high[k])));
+    const { low, high } = this.#bounds();
     this.centre = scaled(add(low, high), 0.5);
-    this.box = { low: [...low], high: [...high] };
-    for (const motion of motions) motion.visitStill(widening(this.box));
-    const about = ({ low, high }) => ({ low: subtract(low, this.centre), high: subtract(high, this.centre) });
-    const all = (visits) => surrounding(this.centre, (visit) => motions.forEach((motion) => motion[visits](visit)));
-    this.camera = new Camera(about({ low, high }), about(this.box), all("visitMoving"), all("visitStill"));
+    this.camera = this.#framing();
     const wishes = { antialias: true, alpha: false, stencil: true, powerPreference: "high-performance" };
     this.gl = canvas.getContext("webgl2", wishes);
     if (!this.gl) throw new Error("This page draws with WebGL 2, which this browser does not offer or has switched off.");
     this.prepare();
+  }
+
+  /** Corners of a box around all that moves [m]. */
+  #bounds() {
+    const boxes = this.motions.map((motion) => motion.box());
+    const low = [0, 1, 2].map((k) => Math.min(...boxes.map((box) => box.low[k])));
+    const high = [0, 1, 2].map((k) => Math.max(...boxes.map((box) => box.high[k])));
+    return { low, high };
+  }
+
+  /** A camera that frames what moves, and the box about that and what stands still. */
+  #framing() {
+    const { motions } = this;
+    const moving = this.#bounds();
+    this.box = { low: [...moving.low], high: [...moving.high] };
+    for (const motion of motions) motion.visitStill(widening(this.box));
+    const about = ({ low, high }) => ({ low: subtract(low, this.centre), high: subtract(high, this.centre) });
+    const all = (visits) => surrounding(this.centre, (visit) => motions.forEach((motion) => motion[visits](visit)));
+    return new Camera(about(moving), about(this.box), all("visitMoving"), all("visitStill"));
+  }
+
+  /** Frames what moves now, where that is more than at first; the view keeps its direction until it is reset. */
+  reframe() {
+    const { start, azimuth, elevation, target, distance, fitted } = this.camera;
+    Object.assign(this.camera, this.#framing(), { start, azimuth, elevation, target, distance, fitted });
+    this.scenery.widen(this.box, this.camera);
   }
 
   /** Everything that lives on the graphics processor; again after it was lost. */

@@ -89,6 +89,12 @@ class Scenery {
     this.bodies.update(poses, () => this.colour);
   }
 
+  /** Makes room for what has moved further than at first: the ground, where no obstacle is one, lies below all of it. */
+  widen(box, { radius, reach }) {
+    this.reach = Math.min(reach, 2 * radius);
+    if (!this.isGround) this.ground.offset = Math.max(box.low[2] - this.centre[2], -3 * radius);
+  }
+
   /** Moves what moves to the frames shown; `frameOf` says which of a run is. */
   update(frameOf) {
     for (const plane of this.moving) Object.assign(plane, this.#planeAt(plane.source, frameOf(plane.source.run)));

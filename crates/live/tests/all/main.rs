@@ -1,0 +1,5 @@
+//! All tests of the live view without a browser as one program.
+
+mod ropes;
+mod served;
+mod sessions;
