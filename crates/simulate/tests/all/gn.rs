@@ -100,7 +100,7 @@ fn without_arguments_it_starts_from_a_network_and_says_what_that_is_worth() {
     assert!(lines[lines.len() - 2].starts_with("Next: `simulate --view` "), "{out}");
     // Warnings are one line each, however long.
     let fits = |line: &&str| line.starts_with("warning: ") || line.trim_end().chars().count() <= 120;
-    assert!(lines.iter().all(|line| fits(line)), "{out}");
+    assert!(lines.iter().all(fits), "{out}");
     assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 0);
 }
 
