@@ -11,10 +11,12 @@ use crate::error::{AT_MOST, LARGEST, Result, Source};
 /// The text of the file that a scene names, from the scene's own folder on, and its path for errors.
 pub(crate) fn text(source: &Source, name: &Spanned<String>) -> Result<(String, String)> {
     let (path, file) = place(source, name, "a CSV file")?;
-    match std::fs::read(&path) {
-        Ok(bytes) => Ok((utf_8(bytes, &file)?, file)),
-        Err(source) => Err(SceneError::Read { file, source }),
-    }
+    Ok((utf_8(bytes(&path, &file)?, &file)?, file))
+}
+
+/// What is in a file, whose name stands in errors.
+pub(crate) fn bytes(path: &Path, file: &str) -> Result<Vec<u8>> {
+    std::fs::read(path).map_err(|source| SceneError::Read { file: file.to_owned(), source })
 }
 
 /// The text of a file, whose name stands in errors.

@@ -5,10 +5,10 @@ use rod::shape;
 use toml::Spanned;
 
 use crate::columns::{self, Table};
-use crate::error::{Result, Source};
+use crate::error::{Result, Source, mistaken};
 use crate::format::{Between, Curve};
 use crate::refine::Refinement;
-use crate::{MAX_SEGMENTS, SceneError, usd};
+use crate::{MAX_SEGMENTS, usd};
 
 /// Columns of a table, by the unit of length that they are in, and that unit [m].
 const COLUMNS: [(&[&str], f64); 3] =
@@ -57,11 +57,9 @@ impl Curve {
     /// The same, from the file itself.
     fn read(&self, source: &Source) -> Result<Vec<Vector3<f64>>> {
         let (path, file) = columns::place(source, &self.file, "a CSV or USD file")?;
-        let bytes = std::fs::read(&path).map_err(|error| SceneError::Read { file: file.clone(), source: error })?;
-        let invalid =
-            |message: &str| Err(SceneError::Invalid { file: file.clone(), line: 1, message: message.to_owned() });
+        let bytes = columns::bytes(&path, &file)?;
         if bytes.starts_with(usd::BINARY) {
-            return invalid("this is a binary USD file; save it as text, as `usdcat` does with -o and a name in .usda");
+            return Err(mistaken(&file, (1, usd::NO_BINARY.to_owned())));
         }
         let text = columns::utf_8(bytes, &file)?;
         if text.starts_with(usd::TEXT) {

@@ -75,6 +75,14 @@ fn unknown_key(path: &str, known: &str) -> String {
 
 pub(crate) type Result<T> = std::result::Result<T, SceneError>;
 
+/// A mistake in a file that the scene names: its line, and what is wrong there.
+pub(crate) type Mistake = (usize, String);
+
+/// The error of a mistake in `file`, in one line whatever stands in that file.
+pub(crate) fn mistaken(file: &str, (line, message): Mistake) -> SceneError {
+    SceneError::Invalid { file: file.to_owned(), line, message: message.replace(char::is_control, " ") }
+}
+
 /// A scene file's text and name: turns places in the text into errors, and checks values.
 pub(crate) struct Source<'a> {
     pub(crate) file: &'a str,

@@ -4,9 +4,8 @@ use nalgebra::Vector3;
 use rod::{Mesh, MeshError};
 use toml::Spanned;
 
-use crate::SceneError;
-use crate::columns::place;
-use crate::error::{Result, Source};
+use crate::columns::{bytes, place};
+use crate::error::{Mistake, Result, Source, mistaken};
 use crate::shape::NODE_DISTANCE;
 
 /// Bytes before the triangles of a binary STL file, and of each triangle.
@@ -23,23 +22,17 @@ struct Parts {
     corner_lines: Vec<usize>,
 }
 
-/// A mistake in a line of a file.
-type Mistake = (usize, String);
-
 /// Reads the file that a scene names, from the scene's own folder on, its lengths times `scale`.
 pub(crate) fn read(source: &Source, name: &Spanned<String>, scale: f64) -> Result<Mesh> {
     let (path, file) = place(source, name, "a file of triangles (.obj or .stl)")?;
     let kind = path.extension().map(|kind| kind.to_string_lossy().to_lowercase());
-    let bytes = || std::fs::read(&path).map_err(|source| SceneError::Read { file: file.clone(), source });
+    let bytes = || bytes(&path, &file);
     let parts = match kind.as_deref() {
         Some("obj") => obj(&String::from_utf8_lossy(&bytes()?)),
         Some("stl") => stl(&bytes()?),
         _ => return source.must_be(name.span(), "a file of triangles, its name ending in .obj or .stl"),
     };
-    let read = parts.and_then(|parts| mesh(parts, scale)).map_err(|(line, message)| {
-        let message = message.replace(char::is_control, " ");
-        SceneError::Invalid { file: file.clone(), line, message }
-    });
+    let read = parts.and_then(|parts| mesh(parts, scale)).map_err(|mistake| mistaken(&file, mistake));
     source.of_file(name.span(), read)
 }
 

@@ -8,12 +8,14 @@ use std::str::Chars;
 
 use nalgebra::{Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
-use crate::SceneError;
-use crate::error::Result;
+use crate::error::{Mistake, Result, mistaken};
 
 /// First characters of a file as text, and of a binary one.
 pub(crate) const TEXT: &str = "#usda";
 pub(crate) const BINARY: &[u8] = b"PXR-USDC";
+/// What is said of the latter.
+pub(crate) const NO_BINARY: &str =
+    "this is a binary USD file; save it as text, as `usdcat` does with -o and a name in .usda";
 
 /// Levels of brackets in a value, and of prims, that are read.
 const DEEPEST_VALUE: usize = 8;
@@ -31,13 +33,8 @@ pub(crate) struct Wanted<'a> {
 
 /// The points of the wanted curve in a file's text [m]; `file` stands in errors.
 pub(crate) fn read(text: &str, file: &str, wanted: Wanted<'_>) -> Result<Vec<Vector3<f64>>> {
-    let invalid = |(line, message): Mistake| SceneError::Invalid { file: file.to_owned(), line, message };
-    let layer = Layer::parse(text).map_err(invalid)?;
-    layer.points(wanted).map_err(invalid)
+    Layer::parse(text).and_then(|layer| layer.points(wanted)).map_err(|mistake| mistaken(file, mistake))
 }
-
-/// Line and message.
-type Mistake = (usize, String);
 
 /// A token and its line.
 #[derive(Clone, Debug, PartialEq)]
@@ -260,19 +257,19 @@ impl Layer {
             tokens.take()?;
         }
         while tokens.next.1 != Token::End {
-            layer.prim(&mut tokens, "", &Matrix4::identity())?;
+            layer.prim(&mut tokens, "")?;
         }
         Ok(layer)
     }
 
     /// Reads what is next below a prim: another prim; all else is passed.
-    fn prim(&mut self, tokens: &mut Tokens<'_>, above: &str, place: &Matrix4<f64>) -> std::result::Result<(), Mistake> {
+    fn prim(&mut self, tokens: &mut Tokens<'_>, above: &str) -> std::result::Result<(), Mistake> {
         let line = tokens.next.0;
         if above.matches("/").count() > DEEPEST_PRIM {
             return Err((line, "prims are nested too deeply".to_owned()));
         }
         tokens.take()?;
-        let kind = match tokens.take()? {
+        let (kind, name) = match tokens.take()? {
             Token::Word(kind) => {
                 let Token::Text(name) = tokens.take()? else {
                     return Err((line, "a prim must have a name".to_owned()));
@@ -282,21 +279,19 @@ impl Layer {
             Token::Text(name) => (String::new(), name),
             found => return Err((line, format!("a prim must have a name, not {}", named(&found)))),
         };
-        let (kind, path) = (kind.0, format!("{above}/{}", kind.1));
+        let path = format!("{above}/{name}");
         if tokens.is('(') {
             tokens.skip()?;
         }
         tokens.expect('{')?;
-        // What a prim's transform is stands anywhere among its attributes, and its children may come first.
-        let mut ahead = Tokens { chars: tokens.chars.clone(), line: tokens.line, next: tokens.next.clone() };
-        let attributes = body(&mut ahead, |tokens| {
-            while !tokens.is('{') && tokens.next.1 != Token::End {
-                if tokens.is('(') { tokens.skip()? } else { drop(tokens.take()?) }
-            }
-            tokens.skip()
-        })?;
-        let place = place * transform(&attributes)?;
-        body(tokens, |tokens| self.prim(tokens, &path, &place))?;
+        // What a prim's transform is stands anywhere among its attributes, and its children may come first: these are placed in it when
+        // all of it has been read.
+        let first = self.curves.len();
+        let attributes = body(tokens, |tokens| self.prim(tokens, &path))?;
+        let place = transform(&attributes)?;
+        for below in &mut self.curves[first..] {
+            below.place = place * below.place;
+        }
         if kind == "BasisCurves" {
             self.curves.push(Curves { line, path, attributes, place });
         }
