@@ -8,6 +8,10 @@ use rod::{BodyShape, Mesh, Model, MovingPose, Obstacle, ObstacleShape, Pose, Sta
 use super::frame::Frame;
 use crate::{ExportError, Names, TrajectoryReader};
 
+/// Colours of rods and rigid bodies, and of obstacles, where a format has colours: red, green, blue.
+pub(super) const ROD: [f64; 3] = [0.8, 0.45, 0.25];
+pub(super) const OBSTACLE: [f64; 3] = [0.55, 0.56, 0.58];
+
 /// What something drawn is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Owner {

@@ -6,8 +6,7 @@
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Display};
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -15,7 +14,7 @@ use rod::{Model, Pose, State};
 
 use super::centrelines::{Centrelines, Chain};
 use super::frame::Frame;
-use super::solids::Solid;
+use super::solids::{OBSTACLE, ROD, Solid};
 use crate::file::stage;
 use crate::{ExportError, Format, Names, TrajectoryReader};
 
@@ -27,9 +26,6 @@ const UNEVEN_RATE: f64 = 24.0;
 const PLACES_AT_ONCE: usize = 4 << 20;
 /// Relative difference of numbers that are alike but for rounding.
 const ROUNDING: f64 = 1e-9;
-/// Colours of rods and rigid bodies, and of obstacles.
-const ROD: [f32; 3] = [0.8, 0.45, 0.25];
-const OBSTACLE: [f32; 3] = [0.55, 0.56, 0.58];
 
 /// Writes `run.usda`. Each entry of the scene is a BasisCurves prim with a curve a rod; open and closed rods of one entry are two.
 /// Time codes are numbers of frames where these are evenly spaced in time, else seconds times 24.
@@ -70,9 +66,10 @@ pub(super) fn write(
                 before = own.end;
             }
         }
-        for solid in &solids {
+        let poses = poses(&solids, model, trajectory).map_err(io::Error::other)?;
+        for (solid, poses) in solids.iter().zip(&poses) {
             let name = identifiers.add(&solid.name(model, names));
-            write_solid(writer, &name, solid, model, trajectory, &clock)?;
+            write_solid(writer, &name, solid, poses, &clock)?;
         }
         writeln!(writer, "}}")
     })?;
@@ -107,11 +104,7 @@ impl Clock {
     }
 
     /// Writes an attribute's value at each frame.
-    fn samples<'a>(
-        &self,
-        writer: &mut impl Write,
-        mut value: impl FnMut(usize) -> Box<dyn Display + 'a>,
-    ) -> io::Result<()> {
+    fn samples<D: Display>(&self, writer: &mut impl Write, value: impl Fn(usize) -> D) -> io::Result<()> {
         writeln!(writer, ".timeSamples = {{")?;
         for (frame, code) in self.codes.iter().enumerate() {
             writeln!(writer, "                {code}: {},", value(frame))?;
@@ -205,6 +198,8 @@ fn write_header(writer: &mut impl Write, title: &str, clock: &Clock) -> io::Resu
 /// The rods of one entry of the scene that are all open, or all closed.
 struct Curves<'a> {
     prim: Prim,
+    /// Its material's.
+    material_prim: Prim,
     chains: Vec<&'a Chain>,
     closed: bool,
     /// Nodes of all its rods.
@@ -233,7 +228,9 @@ impl<'a> Curves<'a> {
             let of = |chain: &&Chain| segments(lines, chain).map(|i| model.segments[i].mass()).sum::<f64>();
             let mass = chains.iter().map(of).sum();
             let material = Material::of(model, lines, &chains);
-            Self { prim: identifiers.add(&name), chains, closed, nodes, mass, material }
+            let prim = identifiers.add(&name);
+            let material_prim = identifiers.add(&format!("{}_material", prim.identifier));
+            Self { prim, material_prim, chains, closed, nodes, mass, material }
         };
         groups.into_iter().map(curves).collect()
     }
@@ -242,8 +239,8 @@ impl<'a> Curves<'a> {
         let Material { thickness, stretch, shear, bend, twist } = self.material;
         writeln!(
             writer,
-            "    def Material \"{}_material\" (\n        prepend apiSchemas = [\"PhysicsCurvesDeformableMaterialAPI\"]\n    )\n    {{",
-            self.prim.identifier
+            "    def Material \"{}\" (\n        prepend apiSchemas = [\"PhysicsCurvesDeformableMaterialAPI\"]\n    )\n    {{",
+            self.material_prim.identifier
         )?;
         let numbers = [
             ("Thickness", thickness),
@@ -298,11 +295,11 @@ impl<'a> Curves<'a> {
             "            float[] widths = {} (\n                interpolation = \"vertex\"\n            )",
             List(widths)
         )?;
-        writeln!(writer, "            color3f[] primvars:displayColor = [{}]", Tuple(ROD))?;
+        writeln!(writer, "            color3f[] primvars:displayColor = [{}]", Tuple(ROD.map(|x| x as f32)))?;
         writeln!(writer, "            point3f[] physics:restShapePoints = {}", List(rest.iter().map(tuple)))?;
-        writeln!(writer, "            rel material:binding:physics = </Run/{identifier}_material>")?;
+        writeln!(writer, "            rel material:binding:physics = </Run/{}>", self.material_prim.identifier)?;
         write!(writer, "            point3f[] points")?;
-        clock.samples(writer, |frame| Box::new(List(places(frame).iter().map(|&place| Tuple(place)))))?;
+        clock.samples(writer, |frame| List(places(frame).iter().map(|&place| Tuple(place))))?;
         writeln!(writer, "        }}\n    }}\n")
     }
 }
@@ -421,24 +418,30 @@ fn places(
         .collect()
 }
 
-/// Writes a mesh, which moves if what it is of does.
-fn write_solid(
-    writer: &mut BufWriter<&File>,
-    Prim { identifier, name }: &Prim,
-    solid: &Solid,
-    model: &Model,
-    trajectory: &mut TrajectoryReader,
-    clock: &Clock,
-) -> io::Result<()> {
-    let mut poses = Vec::with_capacity(clock.codes.len());
+/// Poses of each solid in all frames, of those that never move in the first.
+fn poses(solids: &[Solid], model: &Model, trajectory: &mut TrajectoryReader) -> Result<Vec<Vec<Pose>>, ExportError> {
+    let mut poses = vec![Vec::new(); solids.len()];
     let mut frame = Frame::default();
-    for index in 0..trajectory.frames() {
-        frame.read(trajectory, index).map_err(io::Error::other)?;
-        poses.push(solid.of.at(model, &frame).pose);
-        if solid.is_still(model) {
-            break;
+    let frames = if solids.iter().all(|solid| solid.is_still(model)) { 1 } else { trajectory.frames() };
+    for index in 0..frames {
+        frame.read(trajectory, index)?;
+        for (solid, own) in solids.iter().zip(&mut poses) {
+            if index == 0 || !solid.is_still(model) {
+                own.push(solid.of.at(model, &frame).pose);
+            }
         }
     }
+    Ok(poses)
+}
+
+/// Writes a mesh, which moves if it has more than one pose.
+fn write_solid(
+    writer: &mut impl Write,
+    Prim { identifier, name }: &Prim,
+    solid: &Solid,
+    poses: &[Pose],
+    clock: &Clock,
+) -> io::Result<()> {
     let colour = if solid.of.segment().is_some() { ROD } else { OBSTACLE };
     let mesh = &solid.mesh;
     writeln!(writer, "    def Mesh \"{identifier}\" (\n        displayName = {}\n    )\n    {{", Quoted(name))?;
@@ -451,21 +454,21 @@ fn write_solid(
         "        normal3f[] normals = {} (\n            interpolation = \"vertex\"\n        )",
         List(mesh.normals.iter().map(tuple))
     )?;
-    writeln!(writer, "        color3f[] primvars:displayColor = [{}]", Tuple(colour))?;
+    writeln!(writer, "        color3f[] primvars:displayColor = [{}]", Tuple(colour.map(|x| x as f32)))?;
     writeln!(writer, "        uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:orient\"]")?;
     let place = |pose: &Pose| Tuple(pose.position.map(|x| x as f32).into());
     let turn = |pose: &Pose| {
         let q = pose.orientation.quaternion();
         Tuple([q.w, q.i, q.j, q.k].map(|x| x as f32))
     };
-    if let [pose] = &poses[..] {
+    if let [pose] = poses {
         writeln!(writer, "        float3 xformOp:translate = {}", place(pose))?;
         writeln!(writer, "        quatf xformOp:orient = {}", turn(pose))?;
     } else {
         write!(writer, "        float3 xformOp:translate")?;
-        clock.samples(writer, |frame| Box::new(place(&poses[frame])))?;
+        clock.samples(writer, |frame| place(&poses[frame]))?;
         write!(writer, "        quatf xformOp:orient")?;
-        clock.samples(writer, |frame| Box::new(turn(&poses[frame])))?;
+        clock.samples(writer, |frame| turn(&poses[frame]))?;
     }
     writeln!(writer, "    }}\n")
 }

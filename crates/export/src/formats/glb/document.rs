@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::super::frame::Frame;
-use super::super::solids::{Owner, Solid};
+use super::super::solids::{OBSTACLE, Owner, ROD, Solid};
 use super::tube::Tube;
 use crate::Names;
 
@@ -21,9 +21,6 @@ const INDICES: Option<u16> = Some(34963);
 /// The root comes first, then the tubes, then the nodes of rods, then the segments, then the obstacles.
 const ROOT: usize = 0;
 const FIRST_TUBE: usize = 1;
-/// Colours of rods and rigid bodies, and of obstacles.
-const ROD: [f64; 4] = [0.8, 0.45, 0.25, 1.0];
-const OBSTACLE: [f64; 4] = [0.55, 0.56, 0.58, 1.0];
 /// The quarter turn about x that takes z up to y up.
 const Z_UP_TO_Y_UP: [f32; 4] = [-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2];
 
@@ -219,10 +216,10 @@ impl Document {
     }
 
     /// Appends a material and returns its index.
-    fn material(&mut self, name: &str, colour: [f64; 4]) -> usize {
+    fn material(&mut self, name: &str, [r, g, b]: [f64; 3]) -> usize {
         self.materials.push(json!({
             "name": name,
-            "pbrMetallicRoughness": { "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.6 },
+            "pbrMetallicRoughness": { "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6 },
         }));
         self.materials.len() - 1
     }

@@ -150,6 +150,12 @@ fn strands_are_curves_of_one_prim() {
     // The mass is that of both.
     let mass = float(&stage.prim("/Run/hair"), "physics:mass").unwrap();
     assert!(is_near(mass, 2e3 * PI * 1e-4), "{mass}");
+    // A rod that is called as another's material has a prim of its own.
+    let names = ["rope", "rope_material", "a", "b"].map(str::to_owned);
+    run.called = Names::new(&run.model, &names, &[]);
+    let stage = open(&run, place.path());
+    assert_eq!(stage.prim("/Run/rope_material").type_name().unwrap().unwrap().as_str(), "Material");
+    assert_eq!(counts(&stage.prim("/Run/rope_material_2/curves")), [3]);
 }
 
 /// Where a mesh's vertices are in a frame [m].
