@@ -107,8 +107,8 @@ fn saver(name: &str, scene_args: &SceneArgs, args: &RunArgs, run: Run) -> Save {
 /// A folder for a run of this scene that is not there yet.
 fn free_folder(name: &str) -> PathBuf {
     let numbered = |k: usize| if k == 1 { format!("{name}-live") } else { format!("{name}-live-{k}") };
-    let all = (1..).map(|k| Path::new(OUT).join(numbered(k)));
-    all.filter(|place| !place.exists()).take(1).collect()
+    let mut all = (1..).map(|k| Path::new(OUT).join(numbered(k)));
+    all.find(|place| !place.exists()).unwrap_or_default()
 }
 
 /// Of a long motion one step in so many is kept, 200 million segments and frames in all; `None`: as the scene says.
