@@ -1,4 +1,4 @@
-//! Time per segment from capsules to distances of near pairs: `cargo bench -p collision`.
+//! Time per segment from capsules to distances of near pairs: `cargo bench -p cosserat-collision`.
 //!
 //! Capsules at constant density, either in random order of memory or by cells of space. A second table has lengths and radii
 //! mixed over a factor of 1000: many small ones, few large ones. Every figure is the median of some repeats, which take turns.

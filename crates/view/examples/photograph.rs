@@ -1,4 +1,4 @@
-//! A picture of a player page in a headless Chromium: `cargo run -p view --example photograph -- out/view.html helix.png`
+//! A picture of a player page in a headless Chromium: `cargo run -p cosserat-view --example photograph -- out/view.html helix.png`
 
 use std::io::Write as _;
 use std::path::PathBuf;
