@@ -1,0 +1,5 @@
+//! All tests of the crate's public side as one program, which builds faster than one program a file.
+
+mod header;
+mod program;
+mod refusals;

@@ -1,0 +1,92 @@
+//! A program in C, compiled, linked and run, does what the same calls from Rust do.
+
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use cosserat_c::handle::Handle;
+
+const ROPE: &str = r#"
+[run]
+dt_s = 0.01
+steps = 50
+
+[[rods]]
+name = "rope"
+radius_m = 0.005
+youngs_modulus_pa = 2e6
+torsion_modulus_pa = 7e5
+density_kg_m3 = 1100
+clamp = ["start-segment"]
+shape.straight = { from_m = [0, 0, 0], to_m = [0, 0, -1], segments = 20 }
+"#;
+
+/// The folder in which the library lies, beside the tests.
+fn folder() -> PathBuf {
+    let tests = std::env::current_exe().expect("a path");
+    let folder = tests.parent().expect("a folder").to_owned();
+    let library = folder.join(format!("{DLL_PREFIX}cosserat_c{DLL_SUFFIX}"));
+    assert!(library.is_file(), "{} is missing", library.display());
+    folder
+}
+
+fn succeeded(mut command: Command) -> String {
+    let Output { status, stdout, stderr } = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
+    assert!(status.success(), "{command:?}: {status}\n{}", String::from_utf8_lossy(&stderr));
+    String::from_utf8(stdout).expect("text")
+}
+
+#[test]
+fn a_program_in_c_pulls_a_rope_twice_from_the_same_moment() {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let own = tempfile::tempdir().expect("a folder");
+    let [scene, program] = ["rope.toml", "pull"].map(|name| own.path().join(name));
+    std::fs::write(&scene, ROPE).expect("a file");
+
+    let library = folder();
+    let mut compile = Command::new("cc");
+    compile.args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-I"]).arg(here.join("include"));
+    compile.arg(here.join("examples/pull.c")).arg("-L").arg(&library).arg("-lcosserat_c");
+    compile.arg(format!("-Wl,-rpath,{}", library.display())).arg("-o").arg(&program);
+    succeeded(compile);
+    let mut run = Command::new(&program);
+    run.arg(&scene);
+    let said = succeeded(run);
+
+    let lines: Vec<Vec<f64>> =
+        said.lines().map(|line| line.split(' ').map(|word| word.parse().expect("a number")).collect()).collect();
+    assert_eq!(lines.len(), 3);
+    assert_eq!(lines[0], lines[1], "going back gives the same bits");
+    assert_eq!(lines[2], [0.0, 0.0], "the grip is back");
+
+    let mut rope = Handle::open(scene.to_str().expect("text"), None, None).expect("a scene");
+    for _ in 0..50 {
+        let mut pose = rope.grip(0).expect("a grip");
+        pose[0] += 0.002;
+        rope.send_grip(0, pose).expect("a pose");
+        rope.step(0.01).expect("a step");
+    }
+    let [mut end, mut force] = [f64::NAN; 2];
+    rope.poses(|i, pose| end = if i == 19 { pose[0] } else { end });
+    rope.grip_forces(|_, own| force = own[0]);
+    assert_eq!(lines[0], [0.5, lines[0][1], end, force]);
+    // The grip has gone .1 m in .5 s at constant velocity; the rope hangs from it and follows.
+    assert!((lines[0][1] - 0.098).abs() < 1e-12, "the last pose read before the last step");
+    assert!(end > 0.0 && end < 0.1, "{end}");
+}
+
+#[test]
+fn a_grip_at_rest_bears_the_ropes_weight() {
+    let own = tempfile::tempdir().expect("a folder");
+    let scene = own.path().join("rope.toml");
+    std::fs::write(&scene, ROPE).expect("a file");
+    let mut rope = Handle::open(scene.to_str().expect("text"), Some("newton"), Some("bdf2")).expect("a scene");
+    (0..10).for_each(|_| rope.step(0.0).expect("a step"));
+    let weight = 1100.0 * std::f64::consts::PI * 0.005_f64.powi(2) * 9.81;
+    let mut force = f64::NAN;
+    rope.grip_forces(|_, own| force = own[2]);
+    // It hangs straight from the start and stretches by 2e-3 of its length, which swings a little.
+    assert!((force / weight - 1.0).abs() < 0.2, "{force} N for {weight} N");
+    rope.set_gravity([0.0; 3]).expect("numbers");
+    assert_eq!(rope.time(), 0.1);
+}
