@@ -18,7 +18,7 @@ youngs_modulus_pa = 2e6
 torsion_modulus_pa = 7e5
 density_kg_m3 = 1100
 clamp = ["start-segment"]
-shape.straight = { from_m = [0, 0, 0], to_m = [0, 0, -1], segments = 20 }
+shape.straight = { direction = [0, 0, -1], length_m = 1, segments = 20 }
 "#;
 
 /// The folder in which the library lies, beside the tests.

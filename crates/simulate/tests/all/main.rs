@@ -16,6 +16,8 @@ mod kept;
 mod killed;
 mod learned;
 mod learned_start;
+#[cfg(unix)]
+mod live_view;
 mod mistakes;
 mod mjcf;
 mod pictures;
