@@ -13,9 +13,6 @@ use solver::snapshot;
 use solver::statics::{StaticParams, equilibrium};
 use solver::step::{Status, StepParams};
 
-/// How a quaternion's length may differ from 1.
-const UNIT: f64 = 1e-6;
-
 /// How a call ended that did not do what it was asked for: the codes of the header, which are the programs' exit codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
@@ -265,8 +262,9 @@ impl Handle {
         if self.simulation.is_held(body) != Some(true) {
             return Err(Failure::input(format!("grip {index} is open")));
         }
+        // Engines compute in single precision.
         let (position, turn) = (Vector3::new(x, y, z), Quaternion::new(w, i, j, k));
-        if !(position.iter().all(|x| x.is_finite()) && (turn.norm() - 1.0).abs() <= UNIT) {
+        if !(position.iter().all(|x| x.is_finite()) && (turn.norm() - 1.0).abs() <= f64::from(f32::EPSILON).sqrt()) {
             let what = "positions must be finite and quaternions (w, x, y, z) of length 1";
             return Err(Failure::input(format!("grip {index}: {what}")));
         }
