@@ -57,8 +57,16 @@ impl Lockstep {
         params: &StepParams,
     ) -> Result<Self, SolverError> {
         let mut sets: Vec<Box<ConnectedSet>> = sets.into_iter().map(Box::new).collect();
-        let nothing =
-            Shape { component: 0, body: 0, half: 0.0, radius: 0.0, free: false, ends: [true; 2], beyond: [None; 2] };
+        let nothing = Shape {
+            component: 0,
+            body: 0,
+            half: 0.0,
+            radius: 0.0,
+            free: false,
+            ends: [true; 2],
+            yields_to: [None; 2],
+            beyond: [None; 2],
+        };
         let mut shapes = vec![nothing; model.segments.len()];
         for (component, set) in sets.iter_mut().enumerate() {
             for (body, &index) in set.members.segments.iter().enumerate() {
@@ -77,6 +85,7 @@ impl Lockstep {
                     radius,
                     free: !segment.fixed,
                     ends: [capsule.is_some(), half > 0.0],
+                    yields_to: [None; 2],
                     beyond: [None; 2],
                 };
             }

@@ -132,6 +132,12 @@ impl Detector {
         search.part.as_ref().map_or(self.turns_too_far, |part| part.1)
     }
 
+    /// Ends of a segment that touch obstacles for themselves: what stands for an end and does not move touches no obstacle.
+    fn ends_at_obstacles(&self, shape: &Shape) -> [bool; 2] {
+        let is_left = |other: u32| !self.shapes[other as usize].free;
+        [0, 1].map(|end| shape.ends[end] || shape.yields_to[end].is_some_and(is_left))
+    }
+
     /// Notes whether a segment moves freely from now on.
     pub(crate) fn set_free(&mut self, segment: usize, free: bool) {
         self.shapes[segment].free = free;
@@ -286,7 +292,8 @@ impl Detector {
                 let way = ways(shape);
                 seen[k] = Some(way[1]);
                 let contact = (obstacle.surface().friction, &self.params);
-                parts::detect((a, shape), way, (Partner::Obstacle(which), &carrier), contact, out);
+                let shape = Shape { ends: self.ends_at_obstacles(shape), ..*shape };
+                parts::detect((a, &shape), way, (Partner::Obstacle(which), &carrier), contact, out);
             }
         }
         let world = World { shapes: &self.shapes, obstacles, bodies: &self.bodies };
@@ -370,12 +377,13 @@ impl Detector {
             let Some(([axis, _], _)) = obstacles[index as usize].way() else { return };
             (Partner::Obstacle(index), axis.map(|end| to_kernel(&end)), own.radius)
         };
+        let own_ends = if partner.obstacle().is_some() { self.ends_at_obstacles(own) } else { own.ends };
         let friction = self.surface(partner).friction;
         let parallel = are_parallel(ends(a), other, self.params.parallel);
         let features: &[Feature] = if parallel { &Feature::PARALLEL } else { &[Feature::Nearest] };
         let stands = |feature: &&Feature| match **feature {
             Feature::Nearest | Feature::Corner(_) | Feature::Face(_) | Feature::Edge(_) => true,
-            Feature::Own(end) => own.ends[end as usize],
+            Feature::Own(end) => own_ends[end as usize],
             Feature::Partners(end) => match partner {
                 Partner::Segment(b) => self.shapes[b as usize].ends[end as usize],
                 _ => true,
@@ -401,7 +409,8 @@ impl Detector {
                 }
                 let key = |end| (a, Partner::Obstacle(i as u32), Feature::Own(end));
                 let contact = |end| Contact::new(key(end), obstacle.surface().friction, shape.radius);
-                out.extend([0, 1].into_iter().filter(|&end| shape.ends[end as usize]).map(contact));
+                let ends = self.ends_at_obstacles(shape);
+                out.extend([0, 1].into_iter().filter(|&end| ends[end as usize]).map(contact));
             }
             for (index, mesh) in &self.bodies {
                 let shape = &self.shapes[*index as usize];

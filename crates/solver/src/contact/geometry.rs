@@ -34,6 +34,8 @@ pub(crate) struct Shape {
     pub(crate) free: bool,
     /// Ends that touch for themselves: where two segments meet end to end, one stands for both.
     pub(crate) ends: [bool; 2],
+    /// The segment that stands for each end that does not touch for itself.
+    pub(crate) yields_to: [Option<u32>; 2],
     /// The segment that shares each end and is as thick, if just one does.
     pub(crate) beyond: [Option<u32>; 2],
 }

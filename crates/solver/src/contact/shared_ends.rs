@@ -29,8 +29,9 @@ pub(crate) fn share_ends(model: &Model, shapes: &mut [Shape]) {
             // The thicker of two ends that meet stands for both, unless the joint lets them part.
             if joint.stretch_compliance.max(joint.shear_compliance) <= Joint::RIGID {
                 let first = (shapes[a].radius, Reverse(a)) > (shapes[b].radius, Reverse(b));
-                let (other, end) = if first { (b, end_b) } else { (a, end_a) };
+                let (other, end, standing) = if first { (b, end_b, a) } else { (a, end_a, b) };
                 shapes[other].ends[end] = false;
+                shapes[other].yields_to[end] = Some(standing as u32);
             }
             for (own, end, across) in [(a, end_a, b), (b, end_b, a)] {
                 met[own][end] += 1;

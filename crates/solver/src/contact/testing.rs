@@ -56,6 +56,7 @@ impl Rods {
                 radius: segment.radius,
                 free: true,
                 ends: [true; 2],
+                yields_to: [None; 2],
                 beyond: [None; 2],
             }
         };

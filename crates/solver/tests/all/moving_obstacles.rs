@@ -6,8 +6,8 @@ use std::sync::Arc;
 use crate::common::material;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{
-    Assembly, Body, Carried, Damping, Friction, Interpolation, JointForce, Keyframe, Load, Model, Motion, Obstacle,
-    ObstacleShape, Pose, RestShape, RodSpec, State, Surface, shape,
+    Assembly, Body, Carried, Damping, Friction, Interpolation, Joint, JointForce, Keyframe, Load, Model, Motion,
+    Obstacle, ObstacleShape, Pose, RestShape, RodSpec, State, Surface, shape,
 };
 use solver::component::Members;
 use solver::formulation::Formulation;
@@ -343,4 +343,50 @@ fn a_motion_that_begins_elsewhere_is_refused() {
     model.contacts.obstacles = vec![Obstacle { motion, ..Obstacle::new(ground(), rough(0.0)) }];
     let error = model.validate(&state).unwrap_err().to_string();
     assert_eq!(error, "the motion of obstacle 0: it begins 1 m and 0 rad away from where the body is");
+}
+
+/// What is fixed goes into obstacles, but the end of the next segment, which moves freely, does not: it is pushed out against its joint,
+/// whose compliance says with which force, until that gapes.
+#[test]
+fn the_segment_after_a_fixed_one_stays_out_of_what_comes_over_them() {
+    let below = Vector3::z() * -0.05;
+    let plane = ObstacleShape::HalfSpace { point: below, normal: Unit::new_normalize(Vector3::z()) };
+    let pose = Pose { position: below - Vector3::z() * 0.1, orientation: UnitQuaternion::identity() };
+    let block = ObstacleShape::Box { pose, sides: Vector3::new(1.0, 1.0, 0.2) };
+    let (speed, tolerance) = (0.2, 1e-3);
+    for (shape, formulation) in [&plane, &block].into_iter().flat_map(|shape| Formulation::ALL.map(|one| (shape, one)))
+    {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 0.2, 3);
+        let rod = assembly.rod(&RodSpec::new(nodes, RADIUS, material(1e7, 1000.0)));
+        assembly.fix(rod.start);
+        let (mut model, state) = assembly.finish();
+        let up = Vector3::z() * speed;
+        model.contacts.obstacles = vec![steady(shape.clone(), rough(0.0), up, Vector3::zeros())];
+        let mut settings = Settings::default();
+        settings.step.formulation = formulation;
+        let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+        let (mut now, mut contacts) = (state.clone(), Vec::new());
+        for _ in 0..30 {
+            let is_solved = simulation.step(DT).unwrap().status <= Status::ConvergedInSubsteps;
+            simulation.store(&mut now);
+            simulation.store_contact_forces(&mut contacts);
+            // It meets the rod after 0.2 s.
+            let lift = below.z + speed * simulation.time() + RADIUS;
+            let what = || format!("{formulation}, {}, {lift} m", shape.kind());
+            assert!(is_solved || lift > 1e-4, "{}", what());
+            // A joint that gapes by a tenth of its length is apart.
+            assert!(!is_solved || lift < 0.11 * model.segments[1].length, "{}", what());
+            for i in (1..3).filter(|_| is_solved) {
+                let arm = now.axis(i) * (0.5 * model.segments[i].length);
+                let lowest = (now.positions[i] - arm).z.min((now.positions[i] + arm).z);
+                assert!(lowest > lift - 1.1 * tolerance * RADIUS, "{}, segment {i}: {lowest} m", what());
+            }
+            if is_solved && lift > 1e-4 {
+                let force: f64 = contacts.iter().map(|contact| contact.force.z).sum();
+                let right = lift / Joint::RIGID;
+                assert!((force - right).abs() < 0.02 * right, "{}: {force} N, {right} N", what());
+            }
+        }
+    }
 }
