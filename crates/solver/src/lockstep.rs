@@ -57,17 +57,7 @@ impl Lockstep {
         params: &StepParams,
     ) -> Result<Self, SolverError> {
         let mut sets: Vec<Box<ConnectedSet>> = sets.into_iter().map(Box::new).collect();
-        let nothing = Shape {
-            component: 0,
-            body: 0,
-            half: 0.0,
-            radius: 0.0,
-            free: false,
-            ends: [true; 2],
-            yields_to: [None; 2],
-            beyond: [None; 2],
-        };
-        let mut shapes = vec![nothing; model.segments.len()];
+        let mut shapes = vec![Shape { free: false, ..Shape::new(0, 0, 0.0, 0.0) }; model.segments.len()];
         for (component, set) in sets.iter_mut().enumerate() {
             for (body, &index) in set.members.segments.iter().enumerate() {
                 let segment = &model.segments[index];
@@ -78,16 +68,8 @@ impl Lockstep {
                     // The ball around it.
                     radius = mesh.positions.iter().map(|place| place.norm()).fold(0.0, f64::max);
                 }
-                shapes[index] = Shape {
-                    component: component as u32,
-                    body: body as u32,
-                    half,
-                    radius,
-                    free: !segment.fixed,
-                    ends: [capsule.is_some(), half > 0.0],
-                    yields_to: [None; 2],
-                    beyond: [None; 2],
-                };
+                let shape = Shape::new(component as u32, body as u32, half, radius);
+                shapes[index] = Shape { free: !segment.fixed, ends: [capsule.is_some(), half > 0.0], ..shape };
             }
             let bodies = set.component.poses.len();
             set.component.pushes = vec![Spatial::zero(); bodies];

@@ -43,20 +43,16 @@ impl Detector {
     /// A detector for a model whose segments are found at `shapes`, of those pairs that pass the `filter`.
     pub(crate) fn new(model: &Model, shapes: Vec<Shape>, filter: PairFilter, params: ContactParams) -> Self {
         let obstacles: Vec<Placed> = model.contacts.obstacles.iter().map(Placed::new).collect();
-        let is_bounded = |&i: &u32| obstacles[i as usize].is_bounded();
-        let bounded = (0..obstacles.len() as u32).filter(is_bounded).collect();
-        let has_mesh = |&i: &u32| obstacles[i as usize].mesh().is_some();
-        let meshes: Vec<u32> = (0..obstacles.len() as u32).filter(has_mesh).collect();
+        let all = 0..obstacles.len() as u32;
+        let bounded = all.clone().filter(|&i| obstacles[i as usize].is_bounded()).collect();
+        let meshes: Vec<u32> = all.filter(|&i| obstacles[i as usize].mesh().is_some()).collect();
         let body = |(i, segment): (usize, &Segment)| {
             let mesh = segment.surface()?;
-            let parts = TriangleMesh::new(&mesh.positions, &mesh.triangles);
-            Some((
-                i as u32,
-                match segment.body.as_ref().map(|body| &body.shape) {
-                    Some(&BodyShape::Cylinder { radius, length }) => parts.with_round_side(radius, length),
-                    _ => parts,
-                },
-            ))
+            let mut parts = TriangleMesh::new(&mesh.positions, &mesh.triangles);
+            if let Some(&BodyShape::Cylinder { radius, length }) = segment.body.as_ref().map(|body| &body.shape) {
+                parts = parts.with_round_side(radius, length);
+            }
+            Some((i as u32, parts))
         };
         let bodies: Vec<(u32, TriangleMesh)> = model.segments.iter().enumerate().filter_map(body).collect();
         let radii = shapes.iter().filter(|shape| shape.touches()).map(|shape| shape.radius);
@@ -377,13 +373,12 @@ impl Detector {
             let Some(([axis, _], _)) = obstacles[index as usize].way() else { return };
             (Partner::Obstacle(index), axis.map(|end| to_kernel(&end)), own.radius)
         };
-        let own_ends = if partner.obstacle().is_some() { self.ends_at_obstacles(own) } else { own.ends };
         let friction = self.surface(partner).friction;
-        let parallel = are_parallel(ends(a), other, self.params.parallel);
-        let features: &[Feature] = if parallel { &Feature::PARALLEL } else { &[Feature::Nearest] };
+        let features: &[Feature] =
+            if are_parallel(ends(a), other, self.params.parallel) { &Feature::PARALLEL } else { &[Feature::Nearest] };
         let stands = |feature: &&Feature| match **feature {
             Feature::Nearest | Feature::Corner(_) | Feature::Face(_) | Feature::Edge(_) => true,
-            Feature::Own(end) => own_ends[end as usize],
+            Feature::Own(end) => own.ends[end as usize],
             Feature::Partners(end) => match partner {
                 Partner::Segment(b) => self.shapes[b as usize].ends[end as usize],
                 _ => true,
@@ -407,18 +402,19 @@ impl Detector {
                 if !shape.free || obstacle.is_out_of_reach(room) {
                     continue;
                 }
-                let key = |end| (a, Partner::Obstacle(i as u32), Feature::Own(end));
-                let contact = |end| Contact::new(key(end), obstacle.surface().friction, shape.radius);
-                let ends = self.ends_at_obstacles(shape);
-                out.extend([0, 1].into_iter().filter(|&end| ends[end as usize]).map(contact));
+                let (ends, friction) = (self.ends_at_obstacles(shape), obstacle.surface().friction);
+                for end in [0, 1].into_iter().filter(|&end| ends[end as usize]) {
+                    out.push(Contact::new((a, Partner::Obstacle(i as u32), Feature::Own(end)), friction, shape.radius));
+                }
             }
             for (index, mesh) in &self.bodies {
                 let shape = &self.shapes[*index as usize];
                 let Ok(place) = segments.binary_search(index) else { continue };
                 if shape.free && !obstacle.is_out_of_reach(&boxes[place]) {
-                    let key = |corner| (*index, Partner::Obstacle(i as u32), Feature::Corner(corner));
-                    let contact = |corner| Contact::new(key(corner), obstacle.surface().friction, shape.radius);
-                    out.extend((0..mesh.corners().len() as u32).map(contact));
+                    for corner in 0..mesh.corners().len() as u32 {
+                        let key = (*index, Partner::Obstacle(i as u32), Feature::Corner(corner));
+                        out.push(Contact::new(key, obstacle.surface().friction, shape.radius));
+                    }
                 }
             }
         }

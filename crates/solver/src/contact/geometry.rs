@@ -41,6 +41,12 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// A segment that moves freely and is joined to nothing: half its length and its radius [m].
+    pub(crate) fn new(component: u32, body: u32, half: f64, radius: f64) -> Self {
+        let (ends, yields_to, beyond) = ([true; 2], [None; 2], [None; 2]);
+        Self { component, body, half, radius, free: true, ends, yields_to, beyond }
+    }
+
     /// Whether it touches anything: a body that does not has no ends.
     pub(crate) fn touches(&self) -> bool {
         self.half > 0.0 || self.ends[0]
@@ -489,11 +495,7 @@ const SAME: f64 = 1e-6;
 
 /// The end at a share of an axis, if one is there.
 fn end_at(share: f64) -> Option<u8> {
-    match share {
-        share if share < SAME => Some(0),
-        share if share > 1.0 - SAME => Some(1),
-        _ => None,
-    }
+    if share < SAME { Some(0) } else { (share > 1.0 - SAME).then_some(1) }
 }
 
 /// Where on an axis the point nearest to `point` is, from 0 to 1.

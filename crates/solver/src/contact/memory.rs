@@ -2,26 +2,12 @@
 
 use super::detect::Detector;
 use super::geometry::Contact;
-use super::key::{Key, Partner};
+use super::key::Partner;
 use super::parts::ALIKE;
 use super::search::Search;
 use super::sets::Sets;
 use crate::counters::Counters;
 use crate::kernel::math::Vec3;
-
-/// What a contact that presses leaves to the one between the same places later.
-pub(super) struct Remembered {
-    key: Key,
-    guess: [f64; 3],
-    impulse: Vec3<f64>,
-    target: f64,
-    pressed: u32,
-    span: f64,
-    slips_at: [Vec3<f64>; 2],
-    compliance: [f64; 2],
-    coefficient: f64,
-    has_coefficient: bool,
-}
 
 /// A contact with a mesh that has pressed, for those that take its place where the segment slides on to other triangles.
 #[derive(Clone, Copy)]
@@ -39,21 +25,14 @@ pub(super) fn find(
     again: bool,
     components: &Sets<'_>,
     contacts: &mut Vec<Contact>,
-    remembered: &mut Vec<Remembered>,
+    remembered: &mut Vec<Contact>,
     counters: &mut Counters,
 ) {
     remembered.clear();
-    let keep = |c: &Contact| Remembered {
-        key: c.key,
-        guess: c.local(c.impulse),
-        impulse: c.impulse,
-        target: c.target,
-        pressed: c.pressed,
-        span: c.span,
-        slips_at: c.slips_at,
-        compliance: c.compliance,
-        coefficient: c.coefficient,
-        has_coefficient: c.has_coefficient,
+    let keep = |contact: &Contact| {
+        let mut kept = *contact;
+        kept.guess = contact.local(contact.impulse);
+        kept
     };
     remembered.extend(contacts.iter().filter(|c| c.impulse != Vec3::zero()).map(keep));
     detector.detect(search, again, components, contacts);

@@ -8,7 +8,7 @@ use super::detect::Detector;
 use super::exclusion::PairFilter;
 use super::force::{ContactForce, Touched};
 use super::geometry::{Contact, Shape};
-use super::memory::{self, Pressed, Remembered};
+use super::memory::{self, Pressed};
 use super::search::Search;
 use super::sets::Sets;
 use super::stage::Stage;
@@ -33,7 +33,7 @@ pub(crate) struct Shared {
     pub(super) pressed: Vec<Pressed>,
     /// Possible contacts of the step under way, until islands take them.
     pub(super) found: Vec<Contact>,
-    remembered: Vec<Remembered>,
+    remembered: Vec<Contact>,
     /// Whether joints answer.
     pub(super) with_joints: bool,
     /// Twice the gravitational acceleration [m/s^2]: meetings slower than what it gives in a step do not bounce.

@@ -12,7 +12,7 @@ use super::cone::Bound;
 use super::coupling::{Coupling, components_of};
 use super::geometry::{Contact, Poses, Shape, World};
 use super::impulses::Impulses;
-use super::memory::{self, Pressed, Remembered};
+use super::memory::{self, Pressed};
 use super::parts::{Deepest, let_wait};
 use super::problem::{Problem, Unknown};
 use super::reach::{self, Ways};
@@ -48,7 +48,10 @@ pub(crate) struct Stage {
     contacts: Vec<Contact>,
     /// How they come to rest, one entry a contact; empty without a momentum residual.
     rests: Vec<Rest>,
-    remembered: Vec<Remembered>,
+    /// Those that pressed before a search, with their impulses as guesses.
+    remembered: Vec<Contact>,
+    /// Memory for normals before an evaluation.
+    normals: Vec<Vec3<f64>>,
     /// What pressed on meshes in the last step, in the order of keys.
     pressed: Vec<Pressed>,
     /// Memory for which contacts others hold.

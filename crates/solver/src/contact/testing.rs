@@ -49,16 +49,7 @@ impl Rods {
             let place = |set: &ConnectedSet| set.members.segments.iter().position(|&own| own == index);
             let (component, body) = (0..sets.len()).find_map(|k| Some((k, place(&sets[k])?))).expect("a set");
             let segment = &model.segments[index];
-            Shape {
-                component: component as u32,
-                body: body as u32,
-                half: 0.5 * segment.length,
-                radius: segment.radius,
-                free: true,
-                ends: [true; 2],
-                yields_to: [None; 2],
-                beyond: [None; 2],
-            }
+            Shape::new(component as u32, body as u32, 0.5 * segment.length, segment.radius)
         };
         let mut shapes: Vec<Shape> = (0..model.segments.len()).map(shape).collect();
         share_ends(&model, &mut shapes);

@@ -210,3 +210,31 @@ fn friction_takes_energy_where_contacts_are_found_anew_within_a_step() {
         assert!(slid > 0, "spin {spin}: it slides");
     }
 }
+
+/// A rod slides over a drum, whose normal turns as it goes on: what has no friction feels a force along the normal where it is.
+#[test]
+fn without_friction_forces_are_along_the_normals_of_the_end() {
+    for formulation in Formulation::ALL {
+        let mut assembly = Assembly::new(GRAVITY);
+        let nodes = shape::straight(Vector3::new(-0.25, 0.0, 0.1202), Vector3::x(), 0.5, 1);
+        assembly.rod(&RodSpec::new(nodes, 0.02, material(1e7, 1000.0)));
+        assembly.state_mut().velocities.fill(Vector3::new(0.1, 1.0, -0.1));
+        let drum = ObstacleShape::Capsule { start: Vector3::x() * -1.0, end: Vector3::new(1.0, 0.1, 0.0), radius: 0.1 };
+        assembly.model_mut().contacts.obstacles = vec![Obstacle::new(drum, Surface::default())];
+        let (model, state) = assembly.finish();
+        let mut simulation = Simulation::new(&model, &state, &settings(formulation, SolverKind::Direct), None).unwrap();
+        let (mut forces, mut seen) = (Vec::new(), 0);
+        for step in 0..20 {
+            assert!(simulation.step(0.005).unwrap().status <= Status::ConvergedInSubsteps);
+            simulation.store_contact_forces(&mut forces);
+            for ContactForce { normal, force, .. } in &forces {
+                let across = (force - normal * force.dot(normal)).norm();
+                // With a momentum residual the last correction, within the tolerance, turns normals still.
+                let most = if formulation.momentum() { 1e-3 } else { 1e-9 };
+                assert!(across <= most * force.norm(), "{formulation}, step {step}: {across} N of {} N", force.norm());
+                seen += 1;
+            }
+        }
+        assert!(seen > 3, "{formulation}: {seen} contacts");
+    }
+}

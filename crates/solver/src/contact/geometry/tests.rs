@@ -18,16 +18,7 @@ fn pose(centre: Vector3<f64>, direction: Vector3<f64>, roll: f64) -> BodyPose<f6
 
 /// A body that moves from `start` to `now`.
 fn moving(start: BodyPose<f64>, now: BodyPose<f64>, half: f64, radius: f64) -> Side {
-    let shape = Shape {
-        component: 0,
-        body: 0,
-        half,
-        radius,
-        free: true,
-        ends: [true; 2],
-        yields_to: [None; 2],
-        beyond: [None; 2],
-    };
+    let shape = Shape::new(0, 0, half, radius);
     Side { start, now, ends: shape.place(&now), ends_before: shape.place(&start), radius }
 }
 

@@ -26,7 +26,7 @@ proptest! {
     ) {
         let one = |k: usize| {
             let (half, radius) = sizes[k];
-            let shape = Shape { component: 0, body: 0, half, radius, free: true, ends: [true; 2], yields_to: [None; 2], beyond: [None; 2] };
+            let shape = Shape::new(0, 0, half, radius);
             let start = pose(places[k], turns[k] * 3.0);
             let (place, turn) = (places[k] + common * speed + moves[k] * 0.1, turns[k] * 3.0 + spins[k] * 0.2);
             let sight = Sight::new(&shape, &start, &pose(place, turn), 0.5);
@@ -55,7 +55,7 @@ proptest! {
     ) {
         let shape = |k: usize| {
             let (half, radius) = sizes[k];
-            Shape { component: 0, body: 0, half, radius, free: true, ends: [true; 2], yields_to: [None; 2], beyond: [None; 2] }
+            Shape::new(0, 0, half, radius)
         };
         let expected = |k: usize, share: f64| {
             (places[k] + (common * speed + moves[k] * 0.2) * share, turns[k] * 3.0 + spins[k] * (0.2 * share))

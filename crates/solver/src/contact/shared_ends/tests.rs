@@ -51,16 +51,7 @@ fn the_segment_that_is_nearer_holds_for_the_one_across_the_joint() {
 
 /// Segments 0 and 2, whose ends 1 and 0 meet, and segment 1 that both are near to.
 fn interleaved() -> (Vec<Shape>, [Contact; 2]) {
-    let shape = |beyond| Shape {
-        component: 0,
-        body: 0,
-        half: 0.1,
-        radius: 0.01,
-        free: true,
-        ends: [true; 2],
-        yields_to: [None; 2],
-        beyond,
-    };
+    let shape = |beyond| Shape { beyond, ..Shape::new(0, 0, 0.1, 0.01) };
     let shapes = vec![shape([None, Some(2)]), shape([None; 2]), shape([Some(0), None])];
     let contact = |a, b, ends, gap, normal| {
         let mut contact = Contact::new((a, Partner::Segment(b), Feature::Nearest), Friction::default(), 0.01);

@@ -44,7 +44,16 @@ impl Stage {
             stage.error(shared, components, formulation, tolerance, iteration)
         };
         if iteration < shared.params.settle_after {
-            return error(self, components, Poses::Now, counters);
+            self.normals.clear();
+            if iteration == 0 && !formulation.momentum() {
+                self.normals.extend(self.contacts.iter().map(|contact| contact.normal));
+            }
+            let worst = error(self, components, Poses::Now, counters);
+            // What ends with the first iteration ends with forces along its normals.
+            if worst <= tolerance {
+                self.contacts.iter_mut().zip(&self.normals).for_each(|(contact, &before)| contact.turn_impulse(before));
+            }
+            return worst;
         }
         if !formulation.momentum() {
             let worst = error(self, components, Poses::Held, counters);
@@ -94,8 +103,16 @@ impl Stage {
             };
             contact.residual = if contact.compliance[0] > 0.0 {
                 let (force, w) = (contact.local(contact.impulse), gap_and_slip(contact));
-                let bound = rest.as_ref().map_or(Bound::Coulomb(contact.coefficient), |rest| rest.bound(contact));
-                let [normal, across] = natural_residual(contact.compliance, force, w, bound);
+                let lawful = natural_residual(contact.compliance, force, w, Bound::Coulomb(contact.coefficient));
+                let [normal, across] = match &mut rest {
+                    // A bound that stays may no longer be that of the normal impulse that there is.
+                    Some(rest) if rests && lawful[1] > tolerance * contact.radius.min(self.unit) => {
+                        rest.keep_bound(contact);
+                        lawful
+                    }
+                    Some(rest) => natural_residual(contact.compliance, force, w, rest.bound(contact)),
+                    None => lawful,
+                };
                 // Where surfaces slide far, the direction of friction need not be nearer than this.
                 let slip = contact.slip.norm_squared().sqrt() * (shared.params.sliding / tolerance);
                 // Where other places are nearer, bodies are deeper in each other there.
