@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args as _, CommandFactory, FromArgMatches, Parser};
 
 use crate::commands::compare::CompareArgs;
+use crate::commands::laws::RandomArgs;
 use crate::commands::random::{GuessesArgs, StepsArgs};
 use crate::commands::stress::StressArgs;
 use crate::make::ReportArgs;
@@ -37,6 +38,8 @@ pub(crate) enum Command {
     Steps(StepsArgs),
     /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
     Stress(StressArgs),
+    /// Draw scenes at random, and hold their runs against laws of mechanics: momentum, energy, friction, passing, restart.
+    Random(RandomArgs),
 }
 
 impl Command {

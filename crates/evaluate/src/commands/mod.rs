@@ -2,6 +2,7 @@
 //! text and tables, prints them, and with `--out` writes them as a page.
 
 pub(crate) mod compare;
+pub(crate) mod laws;
 pub(crate) mod random;
 pub(crate) mod stress;
 

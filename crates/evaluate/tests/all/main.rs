@@ -1,4 +1,5 @@
 //! All tests of the crate's public side as one program, which builds faster than one program a file.
 
 mod commands;
+mod random;
 mod report;

@@ -1,0 +1,170 @@
+//! Forces of contacts, and how deep bodies are in each other.
+
+use collision::{TriangleMesh, closest};
+use nalgebra::Vector3;
+use rod::{ObstacleShape, State, Surface};
+use solver::simulation::{ContactForce, Touched};
+use solver::step::StepParams;
+
+use crate::law::{Law, Violation};
+use crate::step::Step;
+
+/// How exact the direction of sliding friction is: 2 % of the slip.
+const SLIDING: f64 = 0.02;
+/// Rounding of forces, relative.
+const ROUNDING: f64 = 1e-9;
+
+fn surface(step: &Step<'_>, contact: &ContactForce) -> Option<Surface> {
+    match contact.other {
+        Touched::Segment(_) => step.model.contacts.between_segments,
+        Touched::Obstacle(k) => Some(step.model.contacts.obstacles[k].surface),
+    }
+}
+
+pub(super) fn forces(step: &Step<'_>, violations: &mut Vec<Violation>) {
+    if !step.is_solved() {
+        return;
+    }
+    for contact in step.contacts {
+        let name = || format!("contact of segment {} with {:?}", contact.segment, contact.other);
+        let Some(surface) = surface(step, contact) else {
+            step.hold(violations, Law::Cone, f64::INFINITY, 0.0, || format!("{}, which cannot touch", name()));
+            continue;
+        };
+        let size = contact.force.norm();
+        let normal = contact.force.dot(&contact.normal);
+        step.hold(violations, Law::Cone, -normal, ROUNDING * size, || format!("{} pulls: {normal:.3e} N", name()));
+        let across = contact.force - contact.normal * normal;
+        let most = surface.friction.at_rest * normal.max(0.0);
+        let slight = slight(step, contact);
+        // The normal is that of the end, which the last correction has turned within the tolerance.
+        let allowed = most + (ROUNDING + StepParams::DEFAULT.contact_tolerance) * size + slight;
+        step.hold(violations, Law::Cone, across.norm(), allowed, || {
+            format!("{}: friction {:.4e} N, its cone allows {most:.4e} N of {normal:.4e} N", name(), across.norm())
+        });
+        // Slip within the tolerance of what sticks has any direction.
+        let (work, far) = (across.dot(&contact.slip), contact.slip.norm());
+        let tolerance = StepParams::DEFAULT.contact_tolerance * radius(step, contact);
+        let turned = (ROUNDING + StepParams::DEFAULT.contact_tolerance) * size;
+        let allowed = across.norm() * (SLIDING * far + tolerance) + (turned + slight) * (far + tolerance);
+        step.hold(violations, Law::Friction, work, allowed, || {
+            format!("{}: friction does {work:.3e} J of work, allowed {allowed:.1e} J", name())
+        });
+    }
+}
+
+/// The force that takes a segment by itself as far in a step as contacts may be off [N]: by the tolerance, a share of the radius, or as
+/// far as gravity takes it.
+fn slight(step: &Step<'_>, contact: &ContactForce) -> f64 {
+    // The rule of second order takes forces so far.
+    let span = if step.is_euler() { step.dt } else { step.dt * 2.0 / 3.0 };
+    let far = StepParams::DEFAULT.contact_tolerance * radius(step, contact) / span.powi(2);
+    let gravity = step.model.gravity.norm() * (step.dt / span).powi(2);
+    let other = match contact.other {
+        Touched::Segment(i) => Some(i),
+        Touched::Obstacle(_) => None,
+    };
+    let free = [Some(contact.segment), other].into_iter().flatten().filter(|&i| step.is_free(i));
+    let least = free.map(|i| step.model.segments[i].mass()).fold(f64::INFINITY, f64::min);
+    least * if gravity > 0.0 { far.min(gravity) } else { far }
+}
+
+fn radius(step: &Step<'_>, contact: &ContactForce) -> f64 {
+    let own = |i: usize| {
+        let segment = &step.model.segments[i];
+        // That of the ball which holds a body with faces.
+        if segment.surface().is_some() { segment.length.hypot(2.0 * segment.radius) } else { segment.radius }
+    };
+    let first = own(contact.segment);
+    match contact.other {
+        Touched::Segment(i) => first.min(own(i)),
+        Touched::Obstacle(_) => first,
+    }
+}
+
+/// Ends of the axis of a segment [m].
+pub(super) fn line(step: &Step<'_>, state: &State, i: usize) -> Option<([Vector3<f64>; 2], f64)> {
+    let (half, radius) = step.model.segments[i].capsule()?;
+    let arm = state.axis(i) * half;
+    Some(([state.positions[i] - arm, state.positions[i] + arm], radius))
+}
+
+/// Distance of an axis from the surface of an obstacle [m], negative where it is within one that is round or flat; of meshes
+/// of an axis that crosses none of its triangles.
+pub(super) fn distance(shape: &ObstacleShape, axis: &[Vector3<f64>; 2]) -> f64 {
+    match shape {
+        ObstacleShape::HalfSpace { point, normal } => {
+            axis.iter().map(|end| normal.dot(&(end - point))).fold(f64::INFINITY, f64::min)
+        }
+        ObstacleShape::Sphere { centre, radius } => closest::segments(axis, &[*centre, *centre]).distance - radius,
+        ObstacleShape::Capsule { start, end, radius } => closest::segments(axis, &[*start, *end]).distance - radius,
+        _ => {
+            let Some((mesh, orientation)) = shape.surface() else { return f64::INFINITY };
+            let pivot = shape.pivot();
+            let own = axis.map(|place| orientation.inverse() * (place - pivot));
+            let mesh = TriangleMesh::new(&mesh.positions, &mesh.triangles);
+            let ends = own.iter().map(|end| mesh.distance(end)).fold(f64::INFINITY, f64::min);
+            let edges = mesh.edges().iter().map(|edge| closest::segments(&own, &edge.ends).distance);
+            edges.fold(ends, f64::min)
+        }
+    }
+}
+
+/// How deep axes with their radii are in each other, and in obstacles.
+pub(super) fn depth(step: &Step<'_>, violations: &mut Vec<Violation>) {
+    let model = step.model;
+    if !step.is_solved() || model.contacts.is_empty() || model.contacts.allow_overlap {
+        return;
+    }
+    let [before, after] = step.states;
+    let tolerance = StepParams::DEFAULT.contact_tolerance;
+    let count = model.segments.len();
+    let lines: Vec<_> = (0..count).map(|i| line(step, after, i)).collect();
+    let earlier: Vec<_> = (0..count).map(|i| line(step, before, i)).collect();
+    for (k, obstacle) in model.contacts.obstacles.iter().enumerate() {
+        let (shape, shape_before) = (obstacle.shape_at(step.time), obstacle.shape_at(step.time - step.dt));
+        for i in (0..count).filter(|&i| step.is_free(i)) {
+            let (Some((axis, radius)), Some((old, _))) = (lines[i], earlier[i]) else { continue };
+            // What was let go in another stays there until it is pushed out.
+            if radius - distance(&shape_before, &old) > 2.0 * tolerance * radius {
+                continue;
+            }
+            let found = radius - distance(&shape, &axis);
+            let rounding = 1e-12 * (axis[0].norm() + radius);
+            step.hold(violations, Law::Depth, found, tolerance * radius * 1.01 + rounding, || {
+                let kind = obstacle.shape.kind();
+                format!(
+                    "segment {i} is {:.3e} radii deep in obstacle {k} ({kind}), status {}",
+                    found / radius,
+                    step.status.name()
+                )
+            });
+        }
+    }
+    if model.contacts.between_segments.is_none() {
+        return;
+    }
+    for i in 0..count {
+        for j in i + 1..count {
+            if step.excluded.contains(model, i, j) {
+                continue;
+            }
+            let (Some((a, r)), Some((b, s))) = (lines[i], lines[j]) else { continue };
+            let (Some((a_old, _)), Some((b_old, _))) = (earlier[i], earlier[j]) else { continue };
+            let least = r.min(s);
+            let found = r + s - closest::segments(&a, &b).distance;
+            if found > tolerance * least && r + s - closest::segments(&a_old, &b_old).distance > 2.0 * tolerance * least
+            {
+                continue;
+            }
+            let rounding = 1e-12 * (a[0].norm() + r + s);
+            step.hold(violations, Law::Depth, found, tolerance * least * 1.01 + rounding, || {
+                format!(
+                    "segments {i} and {j} are {:.3e} radii deep in each other, status {}",
+                    found / least,
+                    step.status.name()
+                )
+            });
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! Balances of momentum of all that moves freely.
+//!
+//! Euler's rule has `m (v' - v) = dt F'` for each body, so that the balance of linear momentum holds to rounding where the
+//! momentum residual is dropped, and to the tolerance in the formulation `newton`. That of angular momentum holds in the same
+//! way about any place where velocities are those of the step's places, `x' x m (v' - v)`, and the spin of a body is the
+//! discrete momentum of Moser and Veselov, `(2 / dt) q (s I u + u x I u)` with (s, u) the relative rotation of the step. The
+//! `xpbd` formulations push along the directions of their iterates: their torques, and the forces of contacts, are off by the
+//! angle that bodies turn in the step, of first order in dt.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rod::{Segment, State, measure};
+use solver::simulation::{ContactForce, Touched};
+use solver::step::StepParams;
+
+use crate::law::{Law, Violation};
+use crate::step::Step;
+
+/// Rounding of sums of what may cancel.
+const ROUNDING: f64 = 1e-10;
+/// Rounding of a position, relative to its size.
+const EPSILON: f64 = 4.0 * f64::EPSILON;
+
+/// Forces from outside on a segment: force [N], and place at which it acts [m] with a moment about it [N m].
+struct Outside {
+    force: Vector3<f64>,
+    place: Vector3<f64>,
+    moment: Vector3<f64>,
+}
+
+/// All of them on what moves freely, but for the air's.
+fn outside(step: &Step<'_>) -> Vec<Outside> {
+    let (model, state) = (step.model, step.states[1]);
+    let zero = Vector3::zeros();
+    let mut all = Vec::new();
+    for (i, segment) in model.segments.iter().enumerate().filter(|(i, _)| step.is_free(*i)) {
+        all.push(Outside { force: model.gravity * segment.mass(), place: state.positions[i], moment: zero });
+    }
+    for load in model.loads.iter().filter(|load| step.is_free(load.segment)) {
+        let place = state.positions[load.segment] + state.axis(load.segment) * load.offset;
+        all.push(Outside { force: load.force, place, moment: load.torque });
+    }
+    for (_, joint, force) in step.joints() {
+        let ends = [step.free_end(joint.a), step.free_end(joint.b)];
+        let (end, i) = match ends {
+            [Some(i), None] => (0, i),
+            [None, Some(i)] => (1, i),
+            _ => continue,
+        };
+        let [force, moment, arm] = step.pull(joint, force, end);
+        all.push(Outside { force, place: state.positions[i] + arm, moment });
+    }
+    for contact in step.contacts {
+        let other = match contact.other {
+            Touched::Segment(i) => step.is_free(i),
+            Touched::Obstacle(_) => false,
+        };
+        let sign = match (step.is_free(contact.segment), other) {
+            (true, false) => 1.0,
+            (false, true) => -1.0,
+            _ => continue,
+        };
+        all.push(Outside { force: contact.force * sign, place: contact.place, moment: zero });
+    }
+    all
+}
+
+/// Whether anything but gravity and loads acts from outside.
+fn is_alone(step: &Step<'_>) -> bool {
+    let model = step.model;
+    model.contacts.obstacles.is_empty()
+        && model.anchors.is_empty()
+        && model.segments.iter().all(|segment| !segment.fixed)
+        && model.damping == rod::Damping::default()
+        && model.changes.is_empty()
+}
+
+pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
+    let alone = is_alone(step);
+    if step.model.air.is_some() || !(step.is_whole() || (alone && step.is_solved())) {
+        return;
+    }
+    let [before, after] = step.states;
+    let model = step.model;
+    let decay = (-model.damping.linear * step.dt).exp();
+    let is_bdf2 = !step.is_euler() && !alone;
+    if is_bdf2 && (step.earlier.is_none() || model.damping.linear > 0.0 || !model.contacts.is_empty()) {
+        return;
+    }
+    let mut change = [Vector3::zeros(); 2];
+    let (mut sum, mut slack) = (0.0, 0.0);
+    for (i, segment) in model.segments.iter().enumerate().filter(|(i, _)| step.is_free(*i)) {
+        let mass = segment.mass();
+        let (v, w) = (before.velocities[i], after.velocities[i]);
+        change[0] += (w - v * decay) * mass;
+        if let Some(earlier) = step.earlier {
+            // The backward differences of second order.
+            change[1] += (w * 1.5 - v * 2.0 + earlier.velocities[i] * 0.5) * mass;
+        }
+        sum += mass * (v.norm() + w.norm());
+        slack += mass * EPSILON * after.positions[i].norm() / step.dt;
+        if step.is_newton() {
+            slack += mass * step.tolerance() * segment.length / step.dt;
+        }
+    }
+    let forces = outside(step);
+    let impulse: Vector3<f64> = forces.iter().map(|one| one.force * step.dt).sum();
+    sum += forces.iter().map(|one| one.force.norm() * step.dt).sum::<f64>();
+    slack += contacts(step).iter().map(|[impulse, turn]| impulse * turn).sum::<f64>();
+    let mut found = (change[0] - impulse).norm();
+    if is_bdf2 {
+        // A step of Euler's rule, after a start or an impact, or one of the second order.
+        found = found.min((change[1] - impulse).norm());
+    }
+    let allowed = ROUNDING * sum + slack;
+    step.hold(violations, Law::LinearMomentum, found, allowed, || {
+        format!("changes by {found:.3e} kg m/s more than impulses say, allowed {allowed:.1e}")
+    });
+}
+
+/// Of each contact its impulse [N s], and the angle by which its normal may turn from the iterates to the end of the step
+/// [rad]: within the tolerance in the formulation `newton`, else by what the bodies turn and slip.
+fn contacts(step: &Step<'_>) -> Vec<[f64; 2]> {
+    // Round surfaces turn it as they slip and turn; a plane's normal stays.
+    let rolled = |contact: &ContactForce| {
+        contact.slip.norm() / step.model.segments[contact.segment].radius + step.turn(contact.segment)
+    };
+    let of = |contact: &ContactForce| {
+        let mut turn = StepParams::DEFAULT.contact_tolerance;
+        if !step.is_newton() {
+            turn += match contact.other {
+                Touched::Obstacle(k) if step.is_plane(k) => step.obstacle_turn(k),
+                Touched::Obstacle(k) => rolled(contact) + step.obstacle_turn(k),
+                Touched::Segment(i) => rolled(contact) + step.turn(i),
+            };
+        }
+        [contact.force.norm() * step.dt, turn.min(2.0)]
+    };
+    step.contacts.iter().map(of).collect()
+}
+
+/// Moments of inertia about the axes of a segment.
+fn moments(segment: &Segment) -> Vector3<f64> {
+    match &segment.body {
+        Some(body) => body.inertia,
+        None => {
+            let across = segment.transverse_inertia();
+            Vector3::new(across, across, segment.axial_inertia())
+        }
+    }
+}
+
+/// Discrete momentum of a segment's turn from one state to the next [kg m^2/s], in world axes.
+fn spin(segment: &Segment, [from, to]: [&UnitQuaternion<f64>; 2], dt: f64) -> Vector3<f64> {
+    let turn = from.inverse() * to;
+    let (s, u) = if turn.w < 0.0 { (-turn.w, -turn.imag()) } else { (turn.w, turn.imag()) };
+    let turning = moments(segment).component_mul(&u);
+    from * (turning * s + u.cross(&turning)) * (2.0 / dt)
+}
+
+/// By which part torques on a segment may be off. In the `xpbd` formulations directions are those of the iterates, off by the
+/// turn of the step; sines stand for halves of turns, to second order, in all of them.
+fn off(step: &Step<'_>, turn: f64) -> f64 {
+    if step.is_newton() { turn * turn } else { turn + turn * turn }
+}
+
+pub(super) fn angular(step: &Step<'_>, violations: &mut Vec<Violation>) {
+    let Some(earlier) = step.earlier else { return };
+    let [before, after] = step.states;
+    let model = step.model;
+    if !step.is_whole() || !step.is_euler() || model.damping.angular > 0.0 || model.air.is_some() {
+        return;
+    }
+    let free: Vec<usize> = (0..model.segments.len()).filter(|&i| step.is_free(i)).collect();
+    let about = free.iter().map(|&i| after.positions[i]).sum::<Vector3<f64>>() / free.len().max(1) as f64;
+    let decay = (-model.damping.linear * step.dt).exp();
+    let turned = |states: [&State; 2], i: usize| states.map(|state: &State| state.orientations[i]);
+    let (mut change, mut sum, mut slack) = (Vector3::zeros(), 0.0, 0.0);
+    for &i in &free {
+        let segment = &model.segments[i];
+        let arm = after.positions[i] - about;
+        let pushed = (after.velocities[i] - before.velocities[i] * decay) * segment.mass();
+        let [from, middle, to] = {
+            let [from, middle] = turned([earlier, before], i);
+            [from, middle, turned([before, after], i)[1]]
+        };
+        let (old, new) = (spin(segment, [&from, &middle], step.dt), spin(segment, [&middle, &to], step.dt));
+        change += arm.cross(&pushed) + new - old;
+        sum += arm.norm() * segment.mass() * (after.velocities[i].norm() + before.velocities[i].norm())
+            + old.norm()
+            + new.norm();
+        slack += segment.mass() * arm.norm() * EPSILON * after.positions[i].norm() / step.dt;
+        slack += moments(segment).max() * EPSILON / step.dt;
+        if step.is_newton() {
+            let residual = step.tolerance() * segment.length / step.dt;
+            slack += segment.mass() * residual * (arm.norm() + segment.length);
+        }
+    }
+    let forces = outside(step);
+    let impulse: Vector3<f64> =
+        forces.iter().map(|one| ((one.place - about).cross(&one.force) + one.moment) * step.dt).sum();
+    sum += forces
+        .iter()
+        .map(|one| ((one.place - about).norm() * one.force.norm() + one.moment.norm()) * step.dt)
+        .sum::<f64>();
+    for (k, joint, force) in step.joints() {
+        // Gaps and angles within the tolerance.
+        slack += 2.0 * step.dt * step.tolerance() * (force.force.norm() * joint.length + force.moment.norm());
+        // Forces and moments are along axes of either body.
+        let turned: f64 =
+            [joint.a, joint.b].into_iter().filter_map(|body| step.free_end(body)).map(|i| step.turn(i)).sum();
+        // Joints that yield otherwise along their axis than across leave out the moment of their gap (docs/accuracy.md).
+        if joint.shear_compliance != joint.stretch_compliance || joint.shear_extra != 0.0 {
+            let gap = measure::stretch_gap(model, after, joint);
+            slack += step.dt * gap.cross(&force.force).norm() * (1.0 + turned);
+        }
+        for (end, body) in [joint.a, joint.b].into_iter().enumerate() {
+            if step.free_end(body).is_none() {
+                continue;
+            }
+            let [force, moment, arm] = step.pull(joint, force, end);
+            // The geometric stiffness begins with the pulls of the step before.
+            let old = if step.is_newton() { 0.0 } else { step.forces[0][k].force.norm() };
+            slack += step.dt * ((force.norm() + old) * arm.norm() + moment.norm()) * off(step, turned);
+        }
+    }
+    for load in model.loads.iter().filter(|load| step.is_free(load.segment)) {
+        let size = load.force.norm() * load.offset.abs() + load.torque.norm();
+        slack += step.dt * size * off(step, step.turn(load.segment));
+    }
+    for (contact, [impulse, turn]) in step.contacts.iter().zip(contacts(step)) {
+        // Places may lie within the tolerance, and turn with the bodies.
+        let far = (contact.place - about).norm() + step.reach(contact.segment);
+        slack += impulse * (2e-3 * model.segments[contact.segment].radius + far * turn);
+        if let Touched::Segment(i) = contact.other {
+            slack += impulse * (2e-3 * model.segments[i].radius + step.reach(i) * turn);
+        }
+    }
+    let allowed = 10.0 * ROUNDING * sum + slack;
+    let found = (change - impulse).norm();
+    step.hold(violations, Law::AngularMomentum, found, allowed, || {
+        format!("changes by {found:.3e} kg m^2/s more than impulses say, allowed {allowed:.1e}")
+    });
+}

@@ -1,0 +1,138 @@
+//! What a step shows of a run.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rod::{Body, Joint, JointForce, Model, ObstacleShape, Pose, State};
+use solver::formulation::Formulation;
+use solver::integrator::Integrator;
+use solver::simulation::ContactForce;
+use solver::step::{Status, StepParams};
+
+use crate::case::Method;
+use crate::exclusion::Excluded;
+use crate::law::{Law, Violation};
+
+/// What one sees at the end of a step.
+pub(crate) struct Step<'a> {
+    /// Its number, from 1.
+    pub(crate) number: usize,
+    /// The model as it is at the end of the step.
+    pub(crate) model: &'a Model,
+    /// The model as the step began, with what holds since then held.
+    pub(crate) model_before: &'a Model,
+    /// Before the step and after it.
+    pub(crate) states: [&'a State; 2],
+    /// A step earlier, where that step and this one were both solved as a whole and held the same.
+    pub(crate) earlier: Option<&'a State>,
+    /// What joints transmit at both ends.
+    pub(crate) forces: [&'a [JointForce]; 2],
+    pub(crate) contacts: &'a [ContactForce],
+    /// Time at its end [s] and its length [s].
+    pub(crate) time: f64,
+    pub(crate) dt: f64,
+    pub(crate) status: Status,
+    pub(crate) method: &'a Method,
+    pub(crate) excluded: &'a Excluded,
+}
+
+impl Step<'_> {
+    /// Whether it was solved.
+    pub(crate) fn is_solved(&self) -> bool {
+        matches!(self.status, Status::Converged | Status::ConvergedInSubsteps)
+    }
+
+    /// Whether it was solved as one step, whose forces are those at its end.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.status == Status::Converged
+    }
+
+    /// Residual of joints that counts as solved: in segment lengths and radians. A prediction that is less far off asks for less.
+    pub(crate) fn tolerance(&self) -> f64 {
+        let StepParams { relative_tolerance, contact_tolerance, contact, .. } = StepParams::DEFAULT;
+        let of_contacts = if self.model.contacts.is_empty() { 0.0 } else { contact.rods_share * contact_tolerance };
+        of_contacts.max(relative_tolerance)
+    }
+
+    pub(crate) fn is_euler(&self) -> bool {
+        self.method.integrator == Integrator::Euler
+    }
+
+    pub(crate) fn is_newton(&self) -> bool {
+        self.method.formulation == Formulation::Newton
+    }
+
+    /// Whether a segment moves freely.
+    pub(crate) fn is_free(&self, i: usize) -> bool {
+        !self.model.segments[i].fixed
+    }
+
+    /// Joints that transmit something, and what.
+    pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, &Joint, &JointForce)> {
+        let joints = self.model.joints.iter().zip(self.forces[1]).enumerate();
+        joints.map(|(k, (joint, force))| (k, joint, force)).filter(|(_, joint, _)| !self.model.is_open(joint))
+    }
+
+    /// Force and moment of a joint on its body a (`end` 0) or b (1) in world axes [N, N m], and the arm from the body's
+    /// place to where the force acts [m]. At the end of the step.
+    pub(crate) fn pull(&self, joint: &Joint, force: &JointForce, end: usize) -> [Vector3<f64>; 3] {
+        let a = self.model.pose(joint.a, self.states[1]).orientation;
+        let moment = a * force.moment;
+        if end == 0 {
+            [force.force, moment, joint.arm_a(&a)]
+        } else {
+            [-force.force, -moment, joint.arm_b(&self.model.pose(joint.b, self.states[1]).orientation)]
+        }
+    }
+
+    /// Whether a joint's body is a segment that moves freely, and which.
+    pub(crate) fn free_end(&self, body: Body) -> Option<usize> {
+        match body {
+            Body::Segment(i) if self.is_free(i) => Some(i),
+            _ => None,
+        }
+    }
+
+    /// Poses of a body before and after the step.
+    pub(crate) fn poses(&self, body: Body) -> [Pose; 2] {
+        [self.model_before.pose(body, self.states[0]), self.model.pose(body, self.states[1])]
+    }
+
+    /// The largest angle between where a segment is at the start of the step, at its end, and where its spin alone takes it, with
+    /// which iterations begin [rad].
+    pub(crate) fn turn(&self, i: usize) -> f64 {
+        let [start, end] = self.states.map(|state| state.orientations[i]);
+        let spun = UnitQuaternion::from_scaled_axis(self.states[0].angular_velocities[i] * self.dt) * start;
+        start.angle_to(&end).max(start.angle_to(&spun)).max(spun.angle_to(&end))
+    }
+
+    /// Whether an obstacle is a plane.
+    pub(crate) fn is_plane(&self, k: usize) -> bool {
+        matches!(self.model.contacts.obstacles[k].shape, ObstacleShape::HalfSpace { .. })
+    }
+
+    /// Angle by which an obstacle turns in the step [rad].
+    pub(crate) fn obstacle_turn(&self, k: usize) -> f64 {
+        let [from, to] = [self.time - self.dt, self.time].map(|time| self.model.contacts.obstacles[k].at(time).pose);
+        from.orientation.angle_to(&to.orientation)
+    }
+
+    /// Half the length of a segment and its radius, together [m].
+    pub(crate) fn reach(&self, i: usize) -> f64 {
+        let segment = &self.model.segments[i];
+        0.5 * segment.length + segment.radius
+    }
+
+    /// Notes what was found where it is more than allowed.
+    pub(crate) fn hold(
+        &self,
+        violations: &mut Vec<Violation>,
+        law: Law,
+        found: f64,
+        allowed: f64,
+        message: impl FnOnce() -> String,
+    ) {
+        if found.is_nan() || found > allowed {
+            let ratio = if allowed > 0.0 { found / allowed } else { f64::INFINITY };
+            violations.push(Violation { law, step: self.number, ratio, message: message() });
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! All tests of the crate's public side as one program, which builds faster than one program a file.
+
+use std::path::Path;
+
+use laws::{Case, Checked, Failure, Found, Law, Method, campaign, check, draw};
+use solver::formulation::Formulation;
+
+#[test]
+fn the_same_seed_draws_the_same_scenes_and_others_draw_others() {
+    for index in 0..20 {
+        assert_eq!(draw(5, index), draw(5, index));
+        assert_ne!(draw(5, index), draw(6, index));
+        assert_ne!(draw(5, index), draw(5, index + 1));
+    }
+}
+
+#[test]
+fn every_feature_is_drawn() {
+    let texts: String = (0..400).map(|index| draw(3, index).file()).collect();
+    let methods = "--formulation newton,--formulation xpbd ,--integrator bdf2,--solver sparse,--solver cg";
+    let shapes = "helix,arc,ring,polyline,hung,curve,straight,knot,sphere,capsule,cylinder,box,mesh";
+    let makings = "tube,rectangle,ellipse,stiffness =,pieces,\"physical\",compliance_m_per_n,strain,inner_damping,rest = \"straight\",\
+                   darboux_per_m,twist_deg,rods.masses";
+    let holds = "clamp,fixed_segments,rods.grips,rods.motions,from_s,until_s,stiffness_n_m ,stiffness_n_m_rad,velocities_m_s,file = ";
+    let loads = "rods.loads,torque_n_m,forces_n,gravity_over_time,[air],air.wind,gusts,rotation_period_s,[damping]";
+    let others =
+        "branch_of,branch_joint,[[bodies]],[[joins]],[[nets]],tree =,heap =,strands =,[[copies]],rest-rotation";
+    let contacts = "[[obstacles]],{ plane =,{ sphere =,{ capsule =,{ box =,{ cylinder =,{ mesh =,obstacles.motion,friction =,at_rest,\
+                    restitution,[contact]";
+    let features = [methods, makings, holds, loads, others, contacts].into_iter().flat_map(|all| all.split(','));
+    let shapes = shapes.split(',').map(|shape| format!("shape.{shape}"));
+    let missing: Vec<_> =
+        features.map(str::to_owned).chain(shapes).filter(|feature| !texts.contains(feature.as_str())).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
+fn a_case_is_read_back_as_it_was_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let with_files = (0..200).map(|index| draw(1, index)).find(|case| !case.files.is_empty()).unwrap();
+    for (name, text) in &with_files.files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let path = folder.path().join("case.toml");
+    std::fs::write(&path, with_files.file()).unwrap();
+    assert_eq!(Case::load(&path).unwrap(), with_files);
+    std::fs::write(&path, "[[rods]]\n").unwrap();
+    assert!(Case::load(&path).unwrap_err().to_string().contains("the first line must be"));
+    assert!(Case::load(Path::new("nowhere.toml")).unwrap_err().to_string().contains("cannot read nowhere.toml"));
+}
+
+#[test]
+fn a_scene_that_is_refused_says_why_and_breaks_nothing() {
+    let text = "[[rods]]\nradius_m = -1\nshape.straight = { length_m = 1, segments = 2 }\n";
+    let checked = check(&Case { text: text.to_owned(), files: Vec::new(), method: Method::default() });
+    assert!(matches!(&checked, Checked::Refused(message) if message.contains("radius_m = -1")), "{checked:?}");
+    assert_eq!(checked.breaks(Law::Energy), None);
+}
+
+/// A branch that is pressed against another less and less while `newton` iterates: bounds of friction that stayed were a hundred times
+/// the normal force.
+#[test]
+fn friction_follows_a_normal_force_that_falls_within_a_step() {
+    let text = "\
+        contact.friction = { at_rest = 0.847, sliding = 0.283 }\n\
+        run = { dt_s = 0.0197, steps = 20 }\n\
+        [[rods]]\n\
+        shape.straight = { direction = [0, 0, 1], length_m = 0.26, segments = 3 }\n\
+        youngs_modulus_pa = 6180000.0\n\
+        density_kg_m3 = 2070.0\n\
+        radius_m = 0.00698\n\
+        clamp = [\"start-face\"]\n\
+        tree = { branches = 3, levels = 1, segments = 3, seed = 74 }\n";
+    let method = Method { formulation: Formulation::Newton, ..Method::default() };
+    let Checked::Ran(report) = check(&Case { text: text.to_owned(), files: Vec::new(), method }) else {
+        panic!("refused")
+    };
+    assert!(report.violations.is_empty() && report.contacts > 0 && report.unsolved == 0, "{report:?}");
+}
+
+/// What is found in these scenes of a seed.
+fn found(seed: u64, scenes: std::ops::Range<u64>, threads: usize) -> Found {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let tell = |failures: &[Failure]| {
+        for Failure { index, drawn, case, minimal } in failures {
+            println!("scene {index}: {drawn}; minimal: {minimal}\n{}", case.file());
+        }
+        true
+    };
+    pool.install(|| campaign(seed, scenes, &tell))
+}
+
+#[test]
+fn what_is_found_does_not_depend_on_threads() {
+    let one = found(2, 10..20, 1);
+    assert_eq!(one.scenes, 10);
+    assert_eq!(one, found(2, 10..20, 3));
+}
+
+#[test]
+fn a_hundred_random_scenes_break_no_law() {
+    let found = found(1, 0..100, 2);
+    assert_eq!((found.scenes, found.failures), (100, 0), "{found:?}");
+    // Most steps are solved, and contacts press.
+    assert!(10 * found.unsolved_steps < found.steps && found.contacts > 500, "{found:?}");
+}
