@@ -53,8 +53,8 @@ pub(super) fn forces(step: &Step<'_>, violations: &mut Vec<Violation>) {
     }
 }
 
-/// The force that takes a segment by itself as far in a step as contacts may be off [N]: by the tolerance, a share of the radius, or as
-/// far as gravity takes it.
+/// The force that takes the lighter of two segments as far in a step as contacts may be off [N]: by the tolerance, a share of the radius, or
+/// as far as gravity takes it.
 fn slight(step: &Step<'_>, contact: &ContactForce) -> f64 {
     // The rule of second order takes forces so far.
     let span = if step.is_euler() { step.dt } else { step.dt * 2.0 / 3.0 };

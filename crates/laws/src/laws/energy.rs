@@ -155,6 +155,12 @@ fn work(step: &Step<'_>) -> Work {
             }
         }
         if ends.iter().any(Option::is_some) {
+            // Joints that yield otherwise along their axis than across leave out the moment of their gap (docs/accuracy.md).
+            if joint.shear_compliance != joint.stretch_compliance || joint.shear_extra != 0.0 {
+                let moment = measure::stretch_gap(model, after, joint).cross(&force.force).norm();
+                let turned = [joint.a, joint.b].map(|body| step.poses(body).map(|pose| pose.orientation));
+                sum.allowed += moment * turned.map(|[from, to]| from.angle_to(&to)).iter().sum::<f64>();
+            }
             sum.allowed += 2.0 * tolerance * (size * joint.length + force.moment.norm());
             let stiffest =
                 joint.bend_twist_compliance().iter().copied().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);

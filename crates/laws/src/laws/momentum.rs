@@ -228,11 +228,16 @@ pub(super) fn angular(step: &Step<'_>, violations: &mut Vec<Violation>) {
         slack += step.dt * size * off(step, step.turn(load.segment));
     }
     for (contact, [impulse, turn]) in step.contacts.iter().zip(contacts(step)) {
-        // Places may lie within the tolerance, and turn with the bodies.
+        // Places may lie within the tolerance; those of iterates turn with the bodies.
         let far = (contact.place - about).norm() + step.reach(contact.segment);
-        slack += impulse * (2e-3 * model.segments[contact.segment].radius + far * turn);
-        if let Touched::Segment(i) = contact.other {
-            slack += impulse * (2e-3 * model.segments[i].radius + step.reach(i) * turn);
+        let other = match contact.other {
+            Touched::Segment(i) => Some(i),
+            Touched::Obstacle(_) => None,
+        };
+        slack += impulse * far * turn;
+        for i in [Some(contact.segment), other].into_iter().flatten() {
+            let turned = if step.is_newton() { turn } else { step.turn(i) };
+            slack += impulse * (2e-3 * model.segments[i].radius + step.reach(i) * turned);
         }
     }
     let allowed = 10.0 * ROUNDING * sum + slack;

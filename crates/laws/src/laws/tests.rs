@@ -124,7 +124,7 @@ fn a_rod_that_slides_keeps_all_laws_until_its_contacts_are_spoilt() {
     };
     let pulled = spoilt(&|seen| seen.contacts[0].force.z *= -1.0);
     assert!(pulled.contains(&Law::Cone) && pulled.contains(&Law::LinearMomentum), "{pulled:?}");
-    let rough = spoilt(&|seen| seen.contacts[0].force.x *= 1.1);
+    let rough = spoilt(&|seen| seen.contacts[0].force.x *= 2.0);
     assert!(rough.contains(&Law::Cone), "{rough:?}");
     let driven = spoilt(&|seen| seen.contacts[0].force.x *= -1.0);
     assert!(driven.contains(&Law::Friction) && !driven.contains(&Law::Cone), "{driven:?}");
