@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{Body, Driven, Interpolation, JointForce, Keyframe, Motion, Pose, Reaction, State, Wrench};
+use rod::{Body, Driven, Interpolation, JointForce, Keyframe, Load, Model, Motion, Pose, Reaction, State, Wrench};
 use scene::Scene;
 use solver::auto::choose;
 use solver::formulation::Tangent;
@@ -41,13 +41,42 @@ impl Failure {
     }
 }
 
+/// What a reaction asks for of the time before the last step.
+#[derive(Clone, Debug)]
+struct Before {
+    /// Of use where there is a time.
+    state: State,
+    /// Time [s]; none before the first step.
+    time: Option<f64>,
+}
+
+/// What may be set between two steps.
+#[derive(Clone, Debug)]
+struct Acting {
+    /// [m/s^2].
+    gravity: Vector3<f64>,
+    loads: Vec<Load>,
+}
+
+impl Acting {
+    fn of(model: &Model) -> Self {
+        Self { gravity: model.gravity, loads: model.loads.clone() }
+    }
+
+    fn put_into(&self, model: &mut Model) {
+        model.gravity = self.gravity;
+        model.loads.clone_from(&self.loads);
+    }
+}
+
 /// What C has a pointer to.
 pub struct Handle {
     scene: Scene,
     simulation: Simulation,
     state: State,
-    /// The state and the time [s] before the last step, for reactions; none before the first.
-    before: Option<(State, f64)>,
+    before: Before,
+    /// What acts in the next step; the scene's model has what acted in the last one.
+    next: Acting,
     joint_forces: Vec<JointForce>,
     contacts: Vec<ContactForce>,
     wrenches: Vec<Wrench>,
@@ -57,11 +86,13 @@ pub struct Handle {
     targets: Vec<(Body, Pose)>,
 }
 
-/// A snapshot, with the state before its last step.
+/// A snapshot, with what reactions of its last step ask for.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
     snapshot: snapshot::Snapshot,
-    before: Option<(State, f64)>,
+    before: Before,
+    /// What acted in the last step and acts in the next one.
+    acting: [Acting; 2],
 }
 
 impl Handle {
@@ -101,12 +132,14 @@ impl Handle {
         let grips = fixed.chain((0..scene.model.anchors.len()).map(Body::Anchor)).collect();
         let joint_forces = vec![JointForce::default(); scene.model.joints.len()];
         let state = scene.state.clone();
-
+        let before = Before { state: state.clone(), time: None };
+        let next = Acting::of(&scene.model);
         Ok(Self {
             scene,
             simulation,
             state,
-            before: None,
+            before,
+            next,
             joint_forces,
             contacts: Vec::new(),
             wrenches: Vec::new(),
@@ -137,9 +170,10 @@ impl Handle {
             let motion = Motion::new(now.orientation, &keyframes, Interpolation::Linear).map_err(Failure::input)?;
             self.simulation.drive(&Driven::new(body, Arc::new(motion))).map_err(Failure::input)?;
         }
-        let before = self.state.clone();
         let report = self.simulation.step(dt).map_err(Failure::input)?;
-        self.before = Some((before, time));
+        std::mem::swap(&mut self.before.state, &mut self.state);
+        self.before.time = Some(time);
+        self.next.put_into(&mut self.scene.model);
         self.read();
         match report.status {
             Status::Converged | Status::ConvergedInSubsteps => Ok(()),
@@ -151,14 +185,13 @@ impl Handle {
         }
     }
 
-    /// Brings what is read up to date.
+    /// Brings what is read up to date: all of the state, and what of the model changes over time.
     fn read(&mut self) {
         let Self { scene, simulation, state, joint_forces, contacts, wrenches, .. } = self;
         simulation.store(state);
         simulation.store_joint_forces(joint_forces);
         simulation.store_contact_forces(contacts);
         contact_wrenches(contacts, state, wrenches);
-        scene.model.set_time(simulation.time());
         simulation.store_model(&mut scene.model);
     }
 
@@ -231,9 +264,9 @@ impl Handle {
     /// step, and where a grip is open.
     pub fn grip_forces(&self, mut write: impl FnMut(usize, [f64; 6])) {
         (0..self.grips()).for_each(|i| write(i, [0.0; 6]));
-        let Some((before, from)) = &self.before else { return };
-        let (model, times) = (&self.scene.model, [*from, self.time()]);
-        for own in Reaction::all(model, [before, &self.state], times, &self.joint_forces, &self.wrenches) {
+        let Some(from) = self.before.time else { return };
+        let (model, states) = (&self.scene.model, [&self.before.state, &self.state]);
+        for own in Reaction::all(model, states, [from, self.time()], &self.joint_forces, &self.wrenches) {
             if let Some(i) = self.grips.iter().position(|&body| body == own.body) {
                 write(i, six(&own.force, &own.moment));
             }
@@ -262,9 +295,10 @@ impl Handle {
         if self.simulation.is_held(body) != Some(true) {
             return Err(Failure::input(format!("grip {index} is open")));
         }
-        // Engines compute in single precision.
         let (position, turn) = (Vector3::new(x, y, z), Quaternion::new(w, i, j, k));
-        if !(position.iter().all(|x| x.is_finite()) && (turn.norm() - 1.0).abs() <= f64::from(f32::EPSILON).sqrt()) {
+        // Engines compute in single precision.
+        let is_unit = (turn.norm() - 1.0).abs() <= f64::from(f32::EPSILON).sqrt();
+        if !(is_unit && position.iter().all(|x| x.is_finite())) {
             let what = "positions must be finite and quaternions (w, x, y, z) of length 1";
             return Err(Failure::input(format!("grip {index}: {what}")));
         }
@@ -279,7 +313,10 @@ impl Handle {
     /// If there is no such load, or a number is not finite.
     pub fn set_load(&mut self, index: usize, [x, y, z, a, b, c]: [f64; 6]) -> Result<(), Failure> {
         let (force, torque) = (Vector3::new(x, y, z), Vector3::new(a, b, c));
-        self.simulation.set_load(index, force, torque).map_err(Failure::input)
+        self.simulation.set_load(index, force, torque).map_err(Failure::input)?;
+        let load = &mut self.next.loads[index];
+        (load.force, load.torque) = (force, torque);
+        Ok(())
     }
 
     /// Sets gravity from the next step on [m/s^2].
@@ -287,12 +324,16 @@ impl Handle {
     /// # Errors
     /// If a number is not finite.
     pub fn set_gravity(&mut self, [x, y, z]: [f64; 3]) -> Result<(), Failure> {
-        self.simulation.set_gravity(Vector3::new(x, y, z)).map_err(Failure::input)
+        let gravity = Vector3::new(x, y, z);
+        self.simulation.set_gravity(gravity).map_err(Failure::input)?;
+        self.next.gravity = gravity;
+        Ok(())
     }
 
     /// All that the steps to come depend on.
     pub fn snapshot(&mut self) -> Snapshot {
-        Snapshot { snapshot: self.simulation.snapshot(), before: self.before.clone() }
+        let acting = [Acting::of(&self.scene.model), self.next.clone()];
+        Snapshot { snapshot: self.simulation.snapshot(), before: self.before.clone(), acting }
     }
 
     /// Goes back to a snapshot of the same simulation; poses that grips were sent to are forgotten.
@@ -302,6 +343,8 @@ impl Handle {
     pub fn restore(&mut self, other: &Snapshot) -> Result<(), Failure> {
         self.simulation.restore(&other.snapshot).map_err(Failure::input)?;
         self.before.clone_from(&other.before);
+        other.acting[0].put_into(&mut self.scene.model);
+        self.next.clone_from(&other.acting[1]);
         self.targets.clear();
         self.read();
         Ok(())

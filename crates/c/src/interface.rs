@@ -88,6 +88,8 @@ unsafe fn fill<const N: usize>(
     Ok(())
 }
 
+/// Hands out what `make` makes; null where it fails.
+///
 /// # Safety
 /// `out` is null, or points to a pointer that may be written.
 unsafe fn hand_out<T>(out: *mut *mut T, make: impl FnOnce() -> Result<T, Failure>) -> Result<(), Failure> {
@@ -96,6 +98,36 @@ unsafe fn hand_out<T>(out: *mut *mut T, make: impl FnOnce() -> Result<T, Failure
     *out = std::ptr::null_mut();
     *out = Box::into_raw(Box::new(make()?));
     Ok(())
+}
+
+/// Hands out a simulation that `make` makes of its scene, by path or name (`what`), and of names of formulation and integrator.
+///
+/// # Safety
+/// Texts are null or end in a zero; `out` is null or may be written.
+unsafe fn begin(
+    [scene, formulation, integrator]: [*const c_char; 3],
+    what: &str,
+    out: *mut *mut Handle,
+    make: fn(&str, Option<&str>, Option<&str>) -> Result<Handle, Failure>,
+) -> Result<(), Failure> {
+    // SAFETY: the caller's promises.
+    unsafe {
+        let scene = given(text(scene, what)?, what)?;
+        let [formulation, integrator] = [text(formulation, "formulation")?, text(integrator, "integrator")?];
+        hand_out(out, || make(scene, formulation, integrator))
+    }
+}
+
+/// Frees what [`hand_out`] handed out; null is ignored.
+///
+/// # Safety
+/// `pointer` is null, or came from `hand_out` and was not freed.
+unsafe fn free<T>(pointer: *mut T) {
+    if !pointer.is_null() {
+        // SAFETY: `hand_out` has it from `Box::into_raw`.
+        let own = unsafe { Box::from_raw(pointer) };
+        let _ = catch_unwind(AssertUnwindSafe(|| drop(own)));
+    }
 }
 
 /// The last error of the calling thread: text that ends in a zero, valid until the thread's next call that fails; empty before the
@@ -116,14 +148,8 @@ pub unsafe extern "C" fn cosserat_open(
     integrator: *const c_char,
     out: *mut *mut Handle,
 ) -> i32 {
-    guarded(|| {
-        // SAFETY: the caller's promises.
-        unsafe {
-            let path = given(text(path, "path")?, "path")?;
-            let [formulation, integrator] = [text(formulation, "formulation")?, text(integrator, "integrator")?];
-            hand_out(out, || Handle::open(path, formulation, integrator))
-        }
-    })
+    // SAFETY: the caller's promises.
+    guarded(|| unsafe { begin([path, formulation, integrator], "path", out, Handle::open) })
 }
 
 /// Takes a scene that comes with the library, by its name.
@@ -137,14 +163,8 @@ pub unsafe extern "C" fn cosserat_builtin(
     integrator: *const c_char,
     out: *mut *mut Handle,
 ) -> i32 {
-    guarded(|| {
-        // SAFETY: the caller's promises.
-        unsafe {
-            let name = given(text(name, "name")?, "name")?;
-            let [formulation, integrator] = [text(formulation, "formulation")?, text(integrator, "integrator")?];
-            hand_out(out, || Handle::builtin(name, formulation, integrator))
-        }
-    })
+    // SAFETY: the caller's promises.
+    guarded(|| unsafe { begin([name, formulation, integrator], "name", out, Handle::builtin) })
 }
 
 /// Frees a simulation; null is ignored.
@@ -153,11 +173,8 @@ pub unsafe extern "C" fn cosserat_builtin(
 /// `simulation` is null, or came from this library and was not freed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cosserat_free(simulation: *mut Handle) {
-    if !simulation.is_null() {
-        // SAFETY: the pointer came from `Box::into_raw` in `hand_out`.
-        let own = unsafe { Box::from_raw(simulation) };
-        let _ = catch_unwind(AssertUnwindSafe(|| drop(own)));
-    }
+    // SAFETY: the caller's promise.
+    unsafe { free(simulation) }
 }
 
 /// One step of `dt_s` [s], or of the scene's own for 0.
@@ -372,11 +389,8 @@ pub unsafe extern "C" fn cosserat_snapshot_restore(simulation: *mut Handle, snap
 /// `snapshot` is null, or came from this library and was not freed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn cosserat_snapshot_free(snapshot: *mut Snapshot) {
-    if !snapshot.is_null() {
-        // SAFETY: the pointer came from `Box::into_raw` in `hand_out`.
-        let own = unsafe { Box::from_raw(snapshot) };
-        let _ = catch_unwind(AssertUnwindSafe(|| drop(own)));
-    }
+    // SAFETY: the caller's promise.
+    unsafe { free(snapshot) }
 }
 
 #[cfg(test)]

@@ -90,3 +90,38 @@ fn a_grip_at_rest_bears_the_ropes_weight() {
     rope.set_gravity([0.0; 3]).expect("numbers");
     assert_eq!(rope.time(), 0.1);
 }
+
+/// The grip of a fixed segment bears its weight, too, whatever gravity and loads are set to on the way.
+#[test]
+fn grips_bear_what_is_set_from_the_next_step_on() {
+    let own = tempfile::tempdir().expect("a folder");
+    let scene = own.path().join("rope.toml");
+    // The segment that is held has most of the mass.
+    let text = "[[rods]]\nradius_m = 0.05\nyoungs_modulus_pa = 1e9\ntorsion_modulus_pa = 4e8\ndensity_kg_m3 = 1000\n\
+                clamp = [\"start-segment\"]\nshape.straight = { direction = [0, 0, -1], length_m = 0.4, segments = 2 }\n\
+                [[rods.loads]]\nsegment = 0\nforce_n = [0, 0, 0]\n";
+    std::fs::write(&scene, text).expect("a file");
+    let mut rod = Handle::open(scene.to_str().expect("text"), Some("newton"), Some("bdf2")).expect("a scene");
+    let borne = |rod: &Handle| {
+        let mut force = [f64::NAN; 3];
+        rod.grip_forces(|_, own| force = [own[0], own[1], own[2]]);
+        force
+    };
+    let settle = |rod: &mut Handle| (0..400).for_each(|_| rod.step(0.01).expect("a step"));
+    let mass = 1000.0 * std::f64::consts::PI * 0.05_f64.powi(2) * 0.4;
+    let near = |found: [f64; 3], wanted: [f64; 3]| {
+        (0..3).for_each(|k| assert!((found[k] - wanted[k]).abs() < 1e-3 * mass, "{found:?} N, wanted {wanted:?} N"));
+    };
+    settle(&mut rod);
+    near(borne(&rod), [0.0, 0.0, 9.81 * mass]);
+    let before = rod.snapshot();
+    rod.set_gravity([0.0, 0.0, -2.0]).expect("numbers");
+    rod.set_load(0, [0.0, 7.0, 0.0, 0.0, 0.0, 0.0]).expect("a load");
+    near(borne(&rod), [0.0, 0.0, 9.81 * mass]);
+    settle(&mut rod);
+    near(borne(&rod), [0.0, -7.0, 2.0 * mass]);
+    rod.restore(&before).expect("its own");
+    near(borne(&rod), [0.0, 0.0, 9.81 * mass]);
+    settle(&mut rod);
+    near(borne(&rod), [0.0, 0.0, 9.81 * mass]);
+}
