@@ -96,20 +96,20 @@ pub struct Snapshot {
 }
 
 impl Handle {
-    /// From a scene file. `formulation` and `integrator` are names; the defaults unless given.
+    /// From a scene file. `method` has names of formulation and integrator; the defaults unless given.
     ///
     /// # Errors
     /// If the file is no scene, the scene goes on from another run, or no equilibrium is found for a scene that begins in one.
-    pub fn open(path: &str, formulation: Option<&str>, integrator: Option<&str>) -> Result<Self, Failure> {
-        Self::of(scene::load(Path::new(path)).map_err(Failure::input)?, params(formulation, integrator)?)
+    pub fn open(path: &str, method: [Option<&str>; 2]) -> Result<Self, Failure> {
+        Self::of(scene::load(Path::new(path)).map_err(Failure::input)?, params(method)?)
     }
 
     /// From a scene that comes with the library, by its name.
     ///
     /// # Errors
     /// If there is none of that name.
-    pub fn builtin(name: &str, formulation: Option<&str>, integrator: Option<&str>) -> Result<Self, Failure> {
-        Self::of(scene::builtin(name).map_err(Failure::input)?, params(formulation, integrator)?)
+    pub fn builtin(name: &str, method: [Option<&str>; 2]) -> Result<Self, Failure> {
+        Self::of(scene::builtin(name).map_err(Failure::input)?, params(method)?)
     }
 
     fn of(mut scene: Scene, step: StepParams) -> Result<Self, Failure> {
@@ -352,7 +352,7 @@ impl Handle {
 }
 
 /// How to step, with the names that are given.
-fn params(formulation: Option<&str>, integrator: Option<&str>) -> Result<StepParams, Failure> {
+fn params([formulation, integrator]: [Option<&str>; 2]) -> Result<StepParams, Failure> {
     let own = StepParams { tangent: Tangent::Auto, ..StepParams::default() };
     let wrong = |name: &str, expected: String| Failure::input(format!("{name:?}: {expected}"));
     let formulation = formulation.map_or(Ok(own.formulation), |name| name.parse().map_err(|e| wrong(name, e)))?;

@@ -108,13 +108,13 @@ unsafe fn begin(
     [scene, formulation, integrator]: [*const c_char; 3],
     what: &str,
     out: *mut *mut Handle,
-    make: fn(&str, Option<&str>, Option<&str>) -> Result<Handle, Failure>,
+    make: impl FnOnce(&str, [Option<&str>; 2]) -> Result<Handle, Failure>,
 ) -> Result<(), Failure> {
     // SAFETY: the caller's promises.
     unsafe {
         let scene = given(text(scene, what)?, what)?;
-        let [formulation, integrator] = [text(formulation, "formulation")?, text(integrator, "integrator")?];
-        hand_out(out, || make(scene, formulation, integrator))
+        let method = [text(formulation, "formulation")?, text(integrator, "integrator")?];
+        hand_out(out, || make(scene, method))
     }
 }
 

@@ -59,7 +59,7 @@ fn a_program_in_c_pulls_a_rope_twice_from_the_same_moment() {
     assert_eq!(lines[0], lines[1], "going back gives the same bits");
     assert_eq!(lines[2], [0.0, 0.0], "the grip is back");
 
-    let mut rope = Handle::open(scene.to_str().expect("text"), None, None).expect("a scene");
+    let mut rope = Handle::open(scene.to_str().expect("text"), [None; 2]).expect("a scene");
     for _ in 0..50 {
         let mut pose = rope.grip(0).expect("a grip");
         pose[0] += 0.002;
@@ -80,7 +80,7 @@ fn a_grip_at_rest_bears_the_ropes_weight() {
     let own = tempfile::tempdir().expect("a folder");
     let scene = own.path().join("rope.toml");
     std::fs::write(&scene, ROPE).expect("a file");
-    let mut rope = Handle::open(scene.to_str().expect("text"), Some("newton"), Some("bdf2")).expect("a scene");
+    let mut rope = Handle::open(scene.to_str().expect("text"), [Some("newton"), Some("bdf2")]).expect("a scene");
     (0..10).for_each(|_| rope.step(0.0).expect("a step"));
     let weight = 1100.0 * std::f64::consts::PI * 0.005_f64.powi(2) * 9.81;
     let mut force = f64::NAN;
@@ -101,7 +101,7 @@ fn grips_bear_what_is_set_from_the_next_step_on() {
                 clamp = [\"start-segment\"]\nshape.straight = { direction = [0, 0, -1], length_m = 0.4, segments = 2 }\n\
                 [[rods.loads]]\nsegment = 0\nforce_n = [0, 0, 0]\n";
     std::fs::write(&scene, text).expect("a file");
-    let mut rod = Handle::open(scene.to_str().expect("text"), Some("newton"), Some("bdf2")).expect("a scene");
+    let mut rod = Handle::open(scene.to_str().expect("text"), [Some("newton"), Some("bdf2")]).expect("a scene");
     let borne = |rod: &Handle| {
         let mut force = [f64::NAN; 3];
         rod.grip_forces(|_, own| force = [own[0], own[1], own[2]]);
