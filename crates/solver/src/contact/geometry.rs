@@ -495,7 +495,11 @@ const SAME: f64 = 1e-6;
 
 /// The end at a share of an axis, if one is there.
 fn end_at(share: f64) -> Option<u8> {
-    if share < SAME { Some(0) } else { (share > 1.0 - SAME).then_some(1) }
+    match share {
+        share if share < SAME => Some(0),
+        share if share > 1.0 - SAME => Some(1),
+        _ => None,
+    }
 }
 
 /// Where on an axis the point nearest to `point` is, from 0 to 1.
