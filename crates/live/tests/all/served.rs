@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use live::{Live, LiveError, Options, Recording};
 use serde_json::{Value, json};
+use tungstenite::client::IntoClientRequest;
 use tungstenite::handshake::client::generate_key;
-use tungstenite::protocol::Role;
 use tungstenite::{Message, WebSocket};
 
 use crate::ropes::{rebuild, rope, simulation};
@@ -75,19 +75,13 @@ impl Shown {
     }
 
     fn viewer(&self) -> Viewer {
-        let mut stream = TcpStream::connect(("127.0.0.1", self.port())).expect("a connection");
+        let stream = TcpStream::connect(("127.0.0.1", self.port())).expect("a connection");
         stream.set_read_timeout(Some(PATIENCE)).expect("a timeout");
-        let origin = format!("Origin: http://127.0.0.1:{}\r\n", self.port());
-        let request = self.socket_request(&format!("/{}/socket", self.token()), &origin);
-        stream.write_all(request.as_bytes()).expect("sent");
-        let mut head = Vec::new();
-        while !head.ends_with(b"\r\n\r\n") {
-            let mut byte = [0];
-            stream.read_exact(&mut byte).expect("a head");
-            head.push(byte[0]);
-        }
-        assert!(head.starts_with(b"HTTP/1.1 101 "), "{}", String::from_utf8_lossy(&head));
-        Viewer(WebSocket::from_raw_socket(stream, Role::Client, None))
+        let (port, token) = (self.port(), self.token());
+        let mut request = format!("ws://127.0.0.1:{port}/{token}/socket").into_client_request().expect("an address");
+        let origin = format!("http://127.0.0.1:{port}").parse().expect("a value");
+        request.headers_mut().insert("Origin", origin);
+        Viewer(tungstenite::client(request, stream).expect("it is let in").0)
     }
 
     fn end(mut self) -> Recording {

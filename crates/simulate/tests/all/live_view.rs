@@ -8,8 +8,7 @@ use std::time::{Duration, Instant};
 
 use export::read_trajectory;
 use serde_json::json;
-use tungstenite::handshake::client::generate_key;
-use tungstenite::protocol::Role;
+use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
 use crate::common::{interrupt, refused, runs, simulate};
@@ -34,21 +33,10 @@ fn page(port: &str, token: &str) -> String {
 
 /// A viewer.
 fn socket(port: &str, token: &str) -> WebSocket<TcpStream> {
-    let (mut stream, key) = (connect(port), generate_key());
-    write!(
-        stream,
-        "GET /{token}/socket HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: http://127.0.0.1:{port}\r\nConnection: Upgrade\r\n\
-         Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {key}\r\n\r\n"
-    )
-    .expect("sent");
-    let mut head = Vec::new();
-    while !head.ends_with(b"\r\n\r\n") {
-        let mut byte = [0];
-        stream.read_exact(&mut byte).expect("a head");
-        head.push(byte[0]);
-    }
-    assert!(head.starts_with(b"HTTP/1.1 101 "), "{}", String::from_utf8_lossy(&head));
-    WebSocket::from_raw_socket(stream, Role::Client, None)
+    let mut request = format!("ws://127.0.0.1:{port}/{token}/socket").into_client_request().expect("an address");
+    let origin = format!("http://127.0.0.1:{port}").parse().expect("a value");
+    request.headers_mut().insert("Origin", origin);
+    tungstenite::client(request, connect(port)).expect("it is let in").0
 }
 
 /// Waits for a frame at `time` [s] or later.
