@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use rod::{Body, Changing, JointForce, Model, State};
+use rod::{Body, JointForce, Model, State};
 use scene::Scene;
 use solver::simulation::Simulation;
 use solver::snapshot::Snapshot;
@@ -125,14 +125,7 @@ fn begun(model: &Model, time: f64) -> Model {
             begun.anchors[i] = driven.at(time).pose;
         }
     }
-    for change in &model.changes {
-        let value = change.track.at(time);
-        match change.of {
-            Changing::Gravity => begun.gravity = value,
-            Changing::Force(load) => begun.loads[load].force = value,
-            Changing::Torque(load) => begun.loads[load].torque = value,
-        }
-    }
+    begun.set_changing(time);
     begun
 }
 

@@ -23,6 +23,11 @@ impl Model {
                 }
             }
         }
+        self.set_changing(time);
+    }
+
+    /// Makes loads and gravity that change over time those of `time` [s].
+    pub fn set_changing(&mut self, time: f64) {
         for Change { of, track } in &self.changes {
             let value = track.at(time);
             match *of {
