@@ -58,5 +58,6 @@ pub use error::{SceneError, nearest};
 pub use load::{load, load_set};
 pub use origin::Origin;
 pub use parse::{parse, parse_refined};
+pub use random::Random;
 pub use set::parse_set;
 pub use text::SceneText;
