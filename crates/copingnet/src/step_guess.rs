@@ -210,12 +210,6 @@ impl InitialGuess for GnStepGuess {
         true
     }
 
-    /// The residual says little about a start: errors of the turns that are ten times smaller than an extrapolation's still
-    /// have a greater residual, because they bend neighbours against each other.
-    fn trust(&self) -> f64 {
-        1e3
-    }
-
     fn start_step(
         &mut self,
         component: &Component<f64>,

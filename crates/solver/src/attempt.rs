@@ -22,8 +22,12 @@ const CONVERGING: f64 = 0.9;
 pub struct Attempt<T> {
     /// Residuals at the end.
     pub residuals: Residuals<T>,
-    /// The residual to reach.
+    /// How far the state may be from the solution: a way of surfaces (`component/measure.rs`), or without a momentum residual the worst one.
+    pub error: T,
+    /// The error to reach.
     pub target: T,
+    /// The last correction; infinite before the first.
+    pub(crate) correction: T,
     /// Not 0 where a segment spins by more than half a turn in the step.
     pub unsolved: T,
     /// What became of a guess for the step's start.
@@ -31,11 +35,24 @@ pub struct Attempt<T> {
 }
 
 impl<T: Real> Attempt<T> {
+    /// Takes what an iteration came to in the lanes where `active` >= 0: the residuals after it, and by how much it corrected the
+    /// state.
+    pub(crate) fn take(&mut self, residuals: Residuals<T>, correction: T, active: T) {
+        self.residuals = residuals;
+        let worst = residuals.worst();
+        for lane in (0..T::LANES).filter(|&lane| active.lane(lane) >= 0.0) {
+            let [now, before] = [correction, self.correction].map(|x| x.lane(lane));
+            let error = if now == f64::INFINITY { worst.lane(lane) } else { remaining(now, before) };
+            self.error.set_lane(lane, error);
+            self.correction.set_lane(lane, now);
+        }
+    }
+
     /// How a lane ended.
     pub fn status(&self, lane: usize) -> Status {
         if !self.residuals.check.lane(lane).is_finite() {
             Status::NonFinite
-        } else if self.residuals.worst().lane(lane) <= self.target.lane(lane) && self.unsolved.lane(lane) == 0.0 {
+        } else if self.error.lane(lane) <= self.target.lane(lane) && self.unsolved.lane(lane) == 0.0 {
             Status::Converged
         } else {
             Status::OutOfIterations
@@ -53,9 +70,9 @@ pub fn attempt<T: Real>(
     counters: &mut Counters,
 ) -> Attempt<T> {
     let mut attempt = begin(component, interval, params, guess, counters);
-    let mut before = attempt.residuals.worst();
+    let mut before = attempt.error;
     for iteration in 0..params.max_iterations.saturating_mul(2) {
-        let now = attempt.residuals.worst();
+        let now = attempt.error;
         // A lane goes on while its residual is above the target, beyond the cap as long as it converges and would be done
         // again in halves. It stops for good when it is not finite.
         let mut active = T::splat(-1.0);
@@ -75,10 +92,23 @@ pub fn attempt<T: Real>(
         solve(component, iteration, lanes, solver, guess, counters);
         update(component, params.formulation, active, counters);
         let mut watch = Stopwatch::start();
-        attempt.residuals = evaluate(component, params.formulation, counters);
+        let residuals = evaluate(component, params.formulation, counters);
         watch.mark(&mut counters.times.assemble);
+        attempt.take(residuals, component.correction, active);
     }
     attempt
+}
+
+/// How far a state is at most from the solution that an iteration corrected by `now`, and the one before it by `before`: where each
+/// correction is a share rho of the one before, those to come sum up to rho / (1 - rho) of the last (Hairer and Wanner 1996, IV.8). The share
+/// counts as a half at least: what is measured early is that of the parts that converge fast.
+pub(crate) fn remaining(now: f64, before: f64) -> f64 {
+    let share = (now / before).max(0.5);
+    match () {
+        () if now == 0.0 => 0.0,
+        () if share < 1.0 => now * share / (1.0 - share),
+        () => f64::INFINITY,
+    }
 }
 
 /// Whether an iteration may follow: up to the cap, and beyond it while it converges and would be done again in halves.
@@ -98,32 +128,38 @@ pub(crate) fn begin<T: Real>(
     let formulation = params.formulation;
     let mut watch = Stopwatch::start();
     predict(component, interval, formulation, &mut watch, counters);
+    let StepParams { relative_tolerance, absolute_tolerance, contact_tolerance, .. } = *params;
+    let tolerance =
+        if component.pushed.is_empty() { relative_tolerance.max(absolute_tolerance) } else { contact_tolerance };
+    if formulation.momentum() {
+        component.begin_measure(tolerance);
+    }
     let mut residuals = evaluate(component, formulation, counters);
     watch.mark(&mut counters.times.assemble);
-    let target = target(&residuals, params);
+    let target = match formulation.momentum() {
+        true => T::splat(tolerance),
+        false => target(&residuals, params),
+    };
     let mut start = Start::Prediction;
     if guess.start_step(component, counters) {
         start = Start::Guess;
         watch.mark(&mut counters.times.guess);
         component.expect_multipliers();
-        let predicted = residuals.worst().lane(0);
-        residuals = evaluate(component, formulation, counters);
-        let started = residuals.worst().lane(0);
-        if started > predicted * guess.trust() || started.is_nan() {
-            // Further from the solution than the prediction, as it seems: the bodies go back to it. The multipliers stay;
-            // with a momentum residual they matter to the next poses through the geometric stiffness alone.
+        if component.leads_away() {
+            // The multipliers stay: they matter to the next poses through the geometric stiffness alone.
             start = Start::Multipliers;
             component.poses.copy_from_slice(&component.predicted);
-            residuals = evaluate(component, formulation, counters);
             counters.guesses_dropped += 1;
         }
+        residuals = evaluate(component, formulation, counters);
         watch.mark(&mut counters.times.assemble);
     }
     counters.load_evaluations += component.load_count() as u64;
     if component.is_damped() {
         counters.damping_evaluations += (component.segments() * component.used) as u64;
     }
-    Attempt { residuals, target, unsolved: component.unsolved, start }
+    let error = if formulation.momentum() { T::splat(f64::INFINITY) } else { residuals.worst() };
+    Attempt { residuals, error, target, correction: T::splat(f64::INFINITY), unsolved: component.unsolved, start }
 }
 
 /// The linear solve of an outer iteration (line 9 of Algorithm 1) for so many `lanes`, from the guess's start if it has one.
@@ -198,7 +234,7 @@ pub(crate) fn predict<T: Real>(
     watch.mark(&mut counters.times.predict);
 }
 
-/// The residual to reach, from the prediction's.
+/// The residual to reach without a momentum residual, from the prediction's.
 pub(crate) fn target<T: Real>(predicted: &Residuals<T>, params: &StepParams) -> T {
     let (reference, one) = (predicted.worst(), T::splat(1.0));
     let reference = (one - reference).select(reference, one);
@@ -259,6 +295,22 @@ pub(crate) fn count_step<T: Real>(result: &Attempt<T>, lane: usize, is_kept: boo
             counters.worst_stretch = counters.worst_stretch.max(residuals.stretch.lane(lane));
             counters.worst_bend = counters.worst_bend.max(residuals.bend.lane(lane));
             counters.worst_momentum = counters.worst_momentum.max(residuals.momentum.lane(lane));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_remains_is_the_sum_of_a_geometric_series() {
+        let found =
+            [(0.5, f64::INFINITY), (0.1, 0.2), (0.1, 1.0), (0.0, 0.0)].map(|(now, before)| remaining(now, before));
+        assert_eq!(found, [0.5, 0.1, 0.1, 0.0]);
+        assert!((remaining(0.3, 0.4) - 0.9).abs() < 1e-15);
+        for (now, before) in [(0.2, 0.2), (0.3, 0.2), (0.1, 0.0)] {
+            assert_eq!(remaining(now, before), f64::INFINITY);
         }
     }
 }

@@ -94,7 +94,8 @@ pub(crate) struct ConnectedSet {
 impl ConnectedSet {
     pub(crate) fn new(component: Component<f64>, members: Members, projector: Projector) -> Self {
         let residuals = Residuals { stretch: 0.0, bend: 0.0, momentum: 0.0, check: 0.0 };
-        let attempt = Attempt { residuals, target: 0.0, unsolved: 0.0, start: Start::Prediction };
+        let attempt =
+            Attempt { residuals, error: 0.0, target: 0.0, correction: 0.0, unsolved: 0.0, start: Start::Prediction };
         Self {
             component,
             members,

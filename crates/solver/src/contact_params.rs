@@ -24,9 +24,7 @@ pub struct ContactParams {
     /// Outer iterations after which contacts keep their normals and their places on both bodies, so that nearest places which
     /// jump to and fro come to rest; where all is solved so, nearest places are looked at again. Larger: steps with jumping
     /// places take longer. Smaller: normals are those of earlier iterations.
-    /// In a formulation with momentum residual normals and places go half-way to the new ones from there on, and friction's bounds
-    /// lag by an iteration; from twice as many on they stay, and contacts that are nearer than half their tolerance are taken as
-    /// they are.
+    /// In a formulation with momentum residual normals and places go half-way to the new ones from there on.
     pub settle_after: usize,
     /// In a formulation with momentum residual, by how much other places on axes that are nearly parallel must be nearer before a contact
     /// moves there, relative to the contact tolerance. Larger: fewer iterations, and gaps that are less by so much. Smaller: places
@@ -126,7 +124,7 @@ impl ContactParams {
         most_sweeps: 100,
         sharper: 0.3,
         share_left: 3e-3,
-        momentum_sharper: 1e-4,
+        momentum_sharper: 0.01,
         sweeps_before_newton: 4,
         unknowns_a_sweep: 8,
         newton_unknowns: 200,

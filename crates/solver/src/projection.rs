@@ -60,13 +60,14 @@ impl Predictor {
         let formulation = params.formulation;
         let mut result = begin(component, interval, params, &mut NoGuess, counters);
         for iteration in 0..params.max_iterations {
-            if !result.residuals.check.is_finite() || result.residuals.worst() <= result.target {
+            if !result.residuals.check.is_finite() || result.error <= result.target {
                 break;
             }
             self.project(component, iteration, formulation, counters);
             let mut watch = Stopwatch::start();
-            result.residuals = evaluate(component, formulation, counters);
+            let residuals = evaluate(component, formulation, counters);
             watch.mark(&mut counters.times.assemble);
+            result.take(residuals, f64::INFINITY, 1.0);
         }
         result
     }

@@ -23,10 +23,6 @@ pub trait StepGuess<T: Real> {
     fn exists(&self) -> bool {
         true
     }
-    /// How many times the prediction's residual that of a start of a step may be.
-    fn trust(&self) -> f64 {
-        1.0
-    }
     /// Lets the guess replace p* and lambda = 0. Returns whether it did.
     fn start_step(&mut self, component: &mut Component<T>, counters: &mut Counters) -> bool;
     /// Lets the guess fill the start of a linear solve. Returns whether it did.
@@ -53,10 +49,6 @@ impl<T: Real> StepGuess<T> for NoGuess {
 }
 
 impl StepGuess<f64> for Box<dyn InitialGuess> {
-    fn trust(&self) -> f64 {
-        self.as_ref().trust()
-    }
-
     fn start_step(&mut self, component: &mut Component<f64>, counters: &mut Counters) -> bool {
         if !self.helps_steps() {
             return false;

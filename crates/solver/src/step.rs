@@ -19,10 +19,15 @@ pub struct StepParams {
     /// Residual to reach, relative to that of the predicted state with lambda = 0 (so that a better start does not buy a
     /// stricter target) or to 1, whichever is less (so that a prediction far off does not make a bad step good enough).
     /// Scaled units: gaps in segment lengths, angles in radians.
+    ///
+    /// With a momentum residual, where nothing can touch: the way by which the surface of any body may still be off, as a share of the
+    /// body's length; no more than gravity moves in a step.
     pub relative_tolerance: f64,
     /// Residual that is always good enough, in the same scaled units.
     pub absolute_tolerance: f64,
     /// Error of a contact that is good enough: penetration, or slip where it should stick, relative to the smaller radius.
+    ///
+    /// With a momentum residual, where bodies can touch, it takes the place of the two above for all bodies: as a share of the radius.
     pub contact_tolerance: f64,
     /// How contacts are projected.
     pub contact_projection: ContactProjection,

@@ -31,3 +31,4 @@ mod suture;
 mod tower;
 mod trees_and_loops;
 mod wind;
+mod wire;

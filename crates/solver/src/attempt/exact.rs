@@ -198,9 +198,9 @@ pub(crate) fn attempt_exactly<T: Real>(
     component.is_apart = true;
     let mut attempt = begin(component, interval, params, guess, counters);
     let all = lanes::<T>(Lanes::MAX, |lane| lane < component.used);
-    let mut before = attempt.residuals.worst();
+    let mut before = attempt.error;
     for iteration in 0..params.max_iterations.saturating_mul(2) {
-        let now = attempt.residuals.worst();
+        let now = attempt.error;
         let due = lanes::<T>(all, |lane| {
             now.lane(lane) > attempt.target.lane(lane)
                 && may_go_on(iteration, now.lane(lane), before.lane(lane), params)
@@ -212,7 +212,7 @@ pub(crate) fn attempt_exactly<T: Real>(
         before = now;
         let asked = lanes::<T>(due, |lane| tangents.get(lane).is_none_or(TangentChoice::is_exact));
         let (found, useful) = exact.iterate(component, (&attempt.residuals, attempt.target), asked, counters);
-        attempt.residuals = found;
+        attempt.take(found, component.correction, mask(useful));
         for (lane, tangents) in tangents.iter_mut().enumerate().filter(|(lane, _)| due >> lane & 1 == 1) {
             tangents.count(useful >> lane & 1 == 1);
         }
@@ -225,8 +225,9 @@ pub(crate) fn attempt_exactly<T: Real>(
             solve(component, iteration, u64::from(others.count_ones()), solver, guess, counters);
             update(component, params.formulation, mask(others), counters);
             let mut watch = Stopwatch::start();
-            attempt.residuals = evaluate(component, params.formulation, counters);
+            let residuals = evaluate(component, params.formulation, counters);
             watch.mark(&mut counters.times.assemble);
+            attempt.take(residuals, component.correction, mask(others));
         }
     }
     component.is_apart = false;

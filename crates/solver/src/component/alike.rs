@@ -29,12 +29,13 @@ impl<T: Real> Component<T> {
             rate.set_lane(lane, own);
         }
         for (body, own) in self.bodies.iter_mut().zip(&from.bodies) {
-            let BodyConstants { inverse_mass, transverse, axial, free, length } = *own;
+            let BodyConstants { inverse_mass, transverse, axial, free, length, radius } = *own;
             body.inverse_mass.set_lane(lane, inverse_mass);
             body.transverse.set_lane(lane, transverse);
             body.axial.set_lane(lane, axial);
             body.free.set_lane(lane, free);
             body.length.set_lane(lane, length);
+            body.radius.set_lane(lane, radius);
         }
         for (joint, own) in self.joints.iter_mut().zip(&from.joints) {
             let JointConstants { rest_darboux, stretch, shear, bend, twist } = *own;

@@ -14,6 +14,7 @@ pub(super) struct BodyConstants<T> {
     /// 1 where the body moves freely, 0 where it is fixed.
     pub(super) free: T,
     pub(super) length: T,
+    pub(super) radius: T,
 }
 
 impl<T: Real> BodyConstants<T> {
@@ -37,6 +38,7 @@ impl<T: Real> BodyConstants<T> {
             axial: self.axial.lane(lane),
             free: self.free.lane(lane),
             length: self.length.lane(lane),
+            radius: self.radius.lane(lane),
         }
     }
 }

@@ -14,6 +14,7 @@ impl<T: Real> Component<T> {
         for (body, &index) in self.bodies.iter_mut().zip(&members.segments) {
             let segment = &model.segments[index];
             body.length.set_lane(lane, segment.length);
+            body.radius.set_lane(lane, segment.radius);
             body.inverse_mass.set_lane(lane, 1.0 / segment.mass());
             body.transverse.set_lane(lane, segment.transverse_inertia());
             body.axial.set_lane(lane, segment.axial_inertia());
@@ -69,6 +70,8 @@ impl<T: Real> Component<T> {
                 .filter(|resting| resting.lane == lane)
                 .map(|resting| resting.alone())
                 .collect(),
+            longest_unit: f64::INFINITY,
+            correction: f64::INFINITY,
             unsolved: 0.0,
             used: 1,
             pulls_hold: false,

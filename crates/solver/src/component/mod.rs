@@ -23,6 +23,7 @@ mod lanes;
 #[cfg(test)]
 mod linear_tests;
 mod loose;
+mod measure;
 mod motion;
 mod multistep;
 mod parts;
@@ -119,6 +120,10 @@ pub struct Component<T> {
     pub(crate) pushes: Vec<Spatial<T>>,
     /// Per body: those that all updates of this step have added, with the current arms; empty like `pushes`.
     pub(crate) pushed: Vec<Spatial<T>>,
+    /// Largest unit of the measure of error [m], a lane each.
+    longest_unit: T,
+    /// Largest way of a surface in the last update \[units of the measure\], a lane each; infinite where it is not known.
+    pub(crate) correction: T,
     /// Linear solves since the start, those of steps that were taken back included.
     pub(crate) solves: u64,
     /// Evaluations since the start, likewise.
@@ -182,6 +187,7 @@ impl<T: Real> Component<T> {
             axial: T::splat(1.0),
             free: zero,
             length: T::splat(1.0),
+            radius: T::splat(1.0),
         };
         let joint = JointConstants { rest_darboux: Vec3::zero(), stretch: zero, shear: zero, bend: zero, twist: zero };
         let mut component = Self {
@@ -204,6 +210,8 @@ impl<T: Real> Component<T> {
             moved: Vec::new(),
             loose: Vec::new(),
             resting: Vec::new(),
+            longest_unit: T::splat(f64::INFINITY),
+            correction: T::splat(f64::INFINITY),
             solves: 0,
             evaluations: 0,
             unsolved: zero,

@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     fn top(transverse: f64, axial: f64) -> BodyConstants<f64> {
-        BodyConstants { inverse_mass: 1.0, transverse, axial, free: 1.0, length: 1.0 }
+        BodyConstants { inverse_mass: 1.0, transverse, axial, free: 1.0, length: 1.0, radius: 1.0 }
     }
 
     /// The solver's variable of a turn by `angle` about `axis` in a step of 2 s: its sine.

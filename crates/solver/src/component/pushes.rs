@@ -66,5 +66,6 @@ impl<T: Real> Component<T> {
             self.poses[i] = BodyPose { x: x + correction.linear, q: q.turned(correction.angular) };
         }
         self.pushes.fill(Spatial::zero());
+        self.correction = T::splat(f64::INFINITY);
     }
 }

@@ -45,6 +45,8 @@ impl<T: Real> Component<T> {
             pulls_hold: _,
             pushes: _,
             pushed: _,
+            longest_unit: _,
+            correction: _,
             unsolved: _,
             drag: _,
             torques_wait: _,

@@ -203,11 +203,14 @@ impl<T: Real> Component<T> {
         T::dispatch(
             #[inline(always)]
             || {
+                let mut largest = T::zero();
                 for i in (0..self.segments).filter(|&i| self.bodies[i].free.lane(0) != 0.0) {
                     let (from, dp) = (&poses[i], dp[i]);
+                    largest = largest.max(self.motion(i, dp));
                     let to = BodyPose { x: from.x + dp.linear * share, q: from.q.turned(dp.angular * share) };
                     self.poses[i] = select_pose(active, to, self.poses[i]);
                 }
+                self.correction = active.select(largest.sqrt(), self.correction);
                 for ((own, &from), &dlambda) in self.lambda.iter_mut().zip(lambda).zip(&self.dlambda) {
                     *own = select(active, from.plus(dlambda, share), *own);
                 }

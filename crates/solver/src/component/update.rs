@@ -46,13 +46,17 @@ impl<T: Real> Component<T> {
         if geometric {
             self.add_loads_pulls();
         }
-        let Self { system, scratch, .. } = self;
-        for (i, &impulse) in scratch[..self.segments].iter().enumerate() {
-            let mut correction = system.correction(i, impulse);
+        let mut largest = T::zero();
+        for i in 0..self.segments {
+            let mut correction = self.system.correction(i, self.scratch[i]);
             if with_momentum {
                 correction = correction.plus(self.momentum[i], T::splat(1.0));
+                largest = largest.max(self.motion(i, correction));
             }
             self.poses[i] = moved(self.poses[i], correction, active);
+        }
+        if formulation.momentum() {
+            self.correction = active.select(largest.sqrt(), self.correction);
         }
     }
 

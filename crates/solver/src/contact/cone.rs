@@ -2,32 +2,21 @@
 
 use super::operator::{Block3, Row};
 
-/// What friction is at most.
+/// Coulomb's law: friction is at most this share of the normal impulse, whatever that comes to.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Bound {
-    /// Coulomb's law: this share of the normal impulse, whatever it comes to.
-    Coulomb(f64),
-    /// So much [N s^2]: a share of an earlier normal impulse. The problem is that of a minimum then.
-    Lagged(f64),
-}
+pub(crate) struct Coulomb(pub(crate) f64);
 
-impl Bound {
+impl Coulomb {
     /// Whether there is friction at such a normal impulse.
     #[inline(always)]
     pub(crate) fn exists(self, normal: f64) -> bool {
-        match self {
-            Bound::Coulomb(friction) => friction > 0.0 && normal > 0.0,
-            Bound::Lagged(most) => most > 0.0,
-        }
+        self.0 > 0.0 && normal > 0.0
     }
 
     /// The most friction at such a normal impulse.
     #[inline(always)]
     pub(crate) fn most(self, normal: f64) -> f64 {
-        match self {
-            Bound::Coulomb(friction) => friction * normal,
-            Bound::Lagged(most) => most,
-        }
+        self.0 * normal
     }
 
     /// An impulse with no more friction than there may be.
@@ -36,15 +25,6 @@ impl Bound {
         let (size, most) = (length([x, y]), self.most(normal));
         let share = if size > most { most / size } else { 1.0 };
         [normal, x * share, y * share]
-    }
-
-    /// The derivative of [`Bound::most`].
-    #[inline(always)]
-    pub(crate) fn slope(self) -> f64 {
-        match self {
-            Bound::Coulomb(friction) => friction,
-            Bound::Lagged(_) => 0.0,
-        }
     }
 }
 
@@ -92,7 +72,7 @@ impl Own {
 
     /// The impulse of the contact whose gap and slip are `w` at `old`.
     #[inline(always)]
-    pub(crate) fn answer(&self, old: Row, w: Row, friction: Bound) -> Row {
+    pub(crate) fn answer(&self, old: Row, w: Row, friction: Coulomb) -> Row {
         let normal = (old[0] - w[0] * self.per_normal).max(0.0);
         if !friction.exists(normal) {
             return [normal, 0.0, 0.0];
@@ -129,7 +109,7 @@ fn largest_eigenvalue(d: &Block3) -> f64 {
 
 /// How far an impulse is from answering gap and slip `w`, as lengths along the normal and across.
 #[inline(always)]
-pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, friction: Bound) -> [f64; 2] {
+pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, friction: Coulomb) -> [f64; 2] {
     let [cn, ct] = compliance;
     if cn <= 0.0 {
         return [0.0; 2];

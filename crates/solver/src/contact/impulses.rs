@@ -25,18 +25,12 @@ impl Impulses {
     /// Solves `problem` until no sweep changes an impulse by more than `tolerance` (as the length it moves its contact by,
     /// relative to the contact's scale), the natural residual is no larger, or as many sweeps as `params` allow are done;
     /// returns their number.
-    /// Force `moves` between twins, or does not.
-    pub(crate) fn solve(
-        &mut self,
-        problem: &mut Problem,
-        (tolerance, moves): (f64, bool),
-        params: &ContactParams,
-    ) -> usize {
+    pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> usize {
         // Sweeps between two tries of Newton's method; more where it does not help.
         let few = params.sweeps_before_newton.max(3 * problem.unknowns().len() / params.unknowns_a_sweep);
         let (mut round, mut best) = (few, f64::INFINITY);
         let mut goal = Goal { tolerance, pause: few, most: params.most_sweeps };
-        self.rounds.begin(problem, moves);
+        self.rounds.begin(problem);
         while let End::Pause { change } = self.rounds.go(problem, goal) {
             round = match self.newton.solve(problem, tolerance, params) {
                 Tried::Solved => {

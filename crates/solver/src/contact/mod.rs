@@ -23,7 +23,6 @@ mod overlap;
 mod parts;
 mod problem;
 mod reach;
-mod rest;
 mod rounds;
 mod search;
 mod sets;

@@ -3,16 +3,15 @@
 //!
 //! The equations are those of Alart and Curnier (1991), `z = project(z - w / compliance)` with the cone at the current
 //! normal impulse: semi-smooth, so that the derivative of whichever branch holds serves. A line search on the sum of their
-//! squares accepts a step only where it lowers that sum. Where bounds of friction stay, the problem is that of a minimum (but
-//! for contacts that have just come), and what a step must lower is the energy: sums of squares have minima of their own at kinks.
+//! squares accepts a step only where it lowers that sum.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
 
-use super::cone::{Bound, length, natural_residual};
+use super::cone::{length, natural_residual};
 use super::operator::{Chunk, Row};
-use super::problem::{Problem, Unknown};
+use super::problem::Problem;
 use crate::contact_params::ContactParams;
 use crate::kernel::dispatch::vectorized;
 
@@ -21,9 +20,8 @@ pub(crate) struct Newton {
     /// Contacts that press, and the index of each among them.
     pressing: Vec<u32>,
     place: Vec<u32>,
-    /// Gaps and slips of all contacts, and those at the start of an iteration.
+    /// Gaps and slips of all contacts.
     w: Vec<Row>,
-    w_before: Vec<Row>,
     /// Impulses at the start of an iteration, and the step from there.
     before: Vec<Row>,
     moved_before: Vec<Chunk>,
@@ -63,7 +61,6 @@ impl Default for Newton {
             pressing: Vec::new(),
             place: Vec::new(),
             w: Vec::new(),
-            w_before: Vec::new(),
             before: Vec::new(),
             moved_before: Vec::new(),
             step: Vec::new(),
@@ -95,7 +92,6 @@ impl Newton {
         if self.damping == 0.0 {
             self.damping = params.newton_damping_start;
         }
-        let is_minimum = problem.unknowns().iter().any(|unknown| matches!(unknown.friction, Bound::Lagged(_)));
         problem.refresh();
         let mut now = self.measure(problem);
         let first = now.squares;
@@ -105,7 +101,6 @@ impl Newton {
             }
             self.before.clear();
             self.before.extend(problem.unknowns().iter().map(|unknown| unknown.force));
-            self.w_before.clone_from(&self.w);
             self.moved_before.clear();
             self.moved_before.extend_from_slice(problem.all_moved());
             let mut part = 1.0;
@@ -116,18 +111,13 @@ impl Newton {
                 let (before, step) = (&self.before, &self.step);
                 problem.set_forces(
                     #[inline(always)]
-                    |k, unknown| {
+                    |k, _| {
                         let [n, x, y] = [0, 1, 2].map(|r| before[k][r] + part * step[k][r]);
-                        let force = [n.max(0.0), x, y];
-                        if is_minimum { unknown.friction.within(force) } else { force }
+                        [n.max(0.0), x, y]
                     },
                 );
                 let merit = self.measure(problem);
-                let is_lower = match is_minimum {
-                    true => self.energy_change(problem) < 0.0,
-                    false => merit.squares < (1.0 - SUFFICIENT * part) * now.squares,
-                };
-                if is_lower {
+                if merit.squares < (1.0 - SUFFICIENT * part) * now.squares {
                     next = Some(merit);
                     break;
                 }
@@ -155,15 +145,6 @@ impl Newton {
         }
     }
 
-    /// By how much the energy `c z + z W z / 2` has changed in this iteration: its slope is w.
-    fn energy_change(&self, problem: &Problem) -> f64 {
-        let contacts = problem.unknowns().iter().zip(&self.before).zip(self.w.iter().zip(&self.w_before));
-        let of = |((unknown, before), (w, w_before)): ((&Unknown, &Row), (&Row, &Row))| -> f64 {
-            (0..3).map(|k| (unknown.force[k] - before[k]) * (w[k] + w_before[k])).sum()
-        };
-        0.5 * contacts.map(of).sum::<f64>()
-    }
-
     fn measure(&mut self, problem: &Problem) -> Merit {
         self.w.clear();
         let mut merit = Merit { squares: 0.0, largest: 0.0 };
@@ -188,7 +169,7 @@ impl Newton {
         for (k, unknown) in problem.unknowns().iter().enumerate() {
             let [normal, _] = problem.compliance(k);
             let pressed = unknown.force[0] - self.w[k][0] / normal;
-            let presses = normal > 0.0 && (pressed > 0.0 || unknown.friction.exists(0.0));
+            let presses = normal > 0.0 && pressed > 0.0;
             self.place.push(if presses { self.pressing.len() as u32 } else { u32::MAX });
             // Contacts that do not press lose their impulse.
             self.step.push(if presses { [0.0; 3] } else { unknown.force.map(|x| -x) });
@@ -288,14 +269,8 @@ impl Rows {
         let [normal, across] = problem.compliance(k);
         let mut rows = Rows { own: [[0.0; 3]; 3], through: [[0.0; 3]; 3], rhs: [-w[0], 0.0, 0.0] };
         let pressed = z[0] - w[0] / normal;
-        if pressed > 0.0 {
-            rows.through[0][0] = 1.0;
-            rows.own[0][0] = damping * normal;
-        } else {
-            // It loses its normal impulse, and rubs as long as friction's bound stays.
-            rows.own[0][0] = normal;
-            rows.rhs[0] = -normal * z[0];
-        }
+        rows.through[0][0] = 1.0;
+        rows.own[0][0] = damping * normal;
         if !friction.exists(f64::INFINITY) || across <= 0.0 {
             rows.own[1][1] = normal;
             rows.own[2][2] = normal;
@@ -321,8 +296,8 @@ impl Rows {
                 rows.through[1 + a][1 + b] = turning;
             }
             // The cone follows the normal impulse and the gap.
-            rows.own[1 + a][0] = -across * friction.slope() * d[a];
-            rows.through[1 + a][0] = across / normal * friction.slope() * d[a];
+            rows.own[1 + a][0] = -across * friction.0 * d[a];
+            rows.through[1 + a][0] = across / normal * friction.0 * d[a];
             rows.rhs[1 + a] = -across * (z[1 + a] - radius * d[a]);
         }
         rows

@@ -279,7 +279,7 @@ pub(super) struct Deepest {
 /// too deep afterwards has its turn in the next iteration.
 pub(super) fn let_wait(
     contacts: &mut [Contact],
-    gap: impl Fn(usize, &Contact) -> f64,
+    gap: impl Fn(&Contact) -> f64,
     sector: impl Fn(&Contact) -> Option<u8>,
     deepest: &mut Vec<Deepest>,
 ) {
@@ -294,7 +294,7 @@ pub(super) fn let_wait(
         if is_known || contact.doubled {
             continue;
         }
-        let own = Deepest { segment, whole, sector, normal: contact.normal, gap: gap(k, contact), contact: k };
+        let own = Deepest { segment, whole, sector, normal: contact.normal, gap: gap(contact), contact: k };
         if deepest.first().is_some_and(|first| first.segment != segment) {
             deepest.clear();
         }

@@ -12,7 +12,7 @@
 
 use std::ops::Range;
 
-use super::cone::{Bound, Own, natural_residual};
+use super::cone::{Coulomb, Own, natural_residual};
 use super::halves::Halves;
 use super::operator::{Block3, Chunk, Moved, Operator, Row};
 use crate::kernel::dispatch::vectorized;
@@ -28,7 +28,7 @@ pub(crate) struct Unknown {
     /// Gap less its target, and slip, if the impulse stays as it was before [m].
     pub(crate) free: Row,
     /// What friction is at most.
-    pub(crate) friction: Bound,
+    pub(crate) friction: Coulomb,
     /// Length by which errors are measured [m].
     pub(crate) scale: f64,
 }

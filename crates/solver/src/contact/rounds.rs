@@ -108,8 +108,8 @@ impl Work {
 }
 
 impl Rounds {
-    /// Begins with a problem, in which force `moves` between twins, or does not.
-    pub(super) fn begin(&mut self, problem: &Problem, moves: bool) {
+    /// Begins with a problem.
+    pub(super) fn begin(&mut self, problem: &Problem) {
         (self.sweeps, self.mark, self.rounds_since) = (0, f64::INFINITY, 0);
         let nodes = problem.halves.nodes();
         self.shares.resize_with(self.shares.len().max(nodes), NodeShare::default);
@@ -118,13 +118,7 @@ impl Rounds {
         for taken in &mut self.taken {
             taken.resize_with(taken.len().max(nodes), AtomicBool::default);
         }
-        if moves {
-            self.find_twins(problem);
-        } else {
-            self.twins.clear();
-            self.twin_cuts.clear();
-            self.twin_cuts.resize(nodes + 1, 0);
-        }
+        self.find_twins(problem);
     }
 
     /// Sweeps since it began.

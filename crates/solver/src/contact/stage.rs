@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use rod::Surface;
 
 use super::TooManyContacts;
-use super::cone::Bound;
+use super::cone::Coulomb;
 use super::coupling::{Coupling, components_of};
 use super::geometry::{Contact, Poses, Shape, World};
 use super::impulses::Impulses;
@@ -16,7 +16,6 @@ use super::memory::{self, Pressed};
 use super::parts::{Deepest, let_wait};
 use super::problem::{Problem, Unknown};
 use super::reach::{self, Ways};
-use super::rest::Rest;
 use super::search::Search;
 use super::sets::Sets;
 use super::shared::Shared;
@@ -36,18 +35,11 @@ pub(crate) use slopes::Touching;
 /// touch in the second.
 const IMPACT: u32 = 2;
 
-/// Share of the contacts' tolerance below which errors stay as they are, from twice [`ContactParams::settle_after`] on where
-/// the momentum residual is solved for: to answer them takes large impulses where contacts hold each other, and would move
-/// the bodies for ever.
-const GOOD: f64 = 0.5;
-
 /// All contacts of an island, and the memory to solve them.
 #[derive(Default)]
 pub(crate) struct Stage {
     pub(super) search: Search,
     contacts: Vec<Contact>,
-    /// How they come to rest, one entry a contact; empty without a momentum residual.
-    rests: Vec<Rest>,
     /// Those that pressed before a search, with their impulses as guesses.
     remembered: Vec<Contact>,
     /// Memory for normals before an evaluation.
@@ -81,7 +73,6 @@ impl Stage {
         self.search.of(segments);
         self.contacts.clear();
         self.holders.forget();
-        self.rests.clear();
         self.active.clear();
         self.pressed.clone_from(&shared.pressed);
         self.impulses.begin();
@@ -225,7 +216,6 @@ impl Stage {
         let Self { search, contacts, remembered, .. } = self;
         memory::find(&shared.detector, search, true, components, contacts, remembered, counters);
         self.holders.forget();
-        self.rests.clear();
         if self.effective_dt > 0.0 {
             self.contacts.iter_mut().for_each(|contact| contact.span = self.effective_dt);
         }
@@ -324,9 +314,7 @@ impl Stage {
         let params = &shared.params;
         let sharper = if formulation.momentum() { params.momentum_sharper } else { params.sharper };
         let tolerance = (tolerance * sharper).max(worst * params.share_left);
-        // The momentum residual sees each move.
-        let moves = !formulation.momentum();
-        let sweeps = self.impulses.solve(problem, (tolerance, moves), params) as u64;
+        let sweeps = self.impulses.solve(problem, tolerance, params) as u64;
         let contacts = self.active.len() as u64;
         counters.contact_sweeps += sweeps;
         counters.contact_solves += contacts;
@@ -358,19 +346,18 @@ impl Stage {
         self.choose_coefficients(shared, components);
         let world = shared.detector.world(&self.search);
         let shapes = world.shapes;
-        let rests = &self.rests;
-        let free = |index: usize, contact: &Contact| {
+        let free = |contact: &Contact| {
             let correction = |i: u32| correction(components, &shapes[i as usize]);
             let mut free = contact.local(contact.relative(correction) + contact.slip);
             free[0] += contact.gap - contact.target;
-            rests.get(index).map_or(free, |rest| [0, 1, 2].map(|k| free[k] - rest.left[k]))
+            free
         };
         if shared.detector.has_meshes() {
             let sector = |contact: &Contact| shared.detector.sector(contact, components);
-            let_wait(&mut self.contacts, |index, contact| free(index, contact)[0], sector, &mut self.deepest);
+            let_wait(&mut self.contacts, |contact| free(contact)[0], sector, &mut self.deepest);
         }
         for (index, contact) in self.contacts.iter().enumerate().filter(|(_, contact)| !contact.is_left_out) {
-            let free = free(index, contact);
+            let free = free(contact);
             let is_out = free[0] > shared.params.near * contact.radius || contact.doubled || contact.waits;
             if is_out && contact.impulse == Vec3::zero() {
                 continue;
@@ -378,7 +365,7 @@ impl Stage {
             let before = contact.local(contact.impulse);
             let force = if contact.impulse == Vec3::zero() { contact.guess } else { before };
             self.active.push(index as u32);
-            let friction = rests.get(index).map_or(Bound::Coulomb(contact.coefficient), |rest| rest.bound(contact));
+            let friction = Coulomb(contact.coefficient);
             let scale = contact.radius.min(self.unit);
             self.problem.push(Unknown { force, before, free, friction, scale });
         }

@@ -16,7 +16,7 @@
 
 use std::ops::Range;
 
-use super::cone::{Bound, length};
+use super::cone::{Coulomb, length};
 use super::operator::{Block3, Row};
 use super::problem::{Problem, View};
 
@@ -81,7 +81,7 @@ impl Twins {
 struct State<'a> {
     z: [Row; 2],
     w: [Row; 2],
-    bounds: [Bound; 2],
+    bounds: [Coulomb; 2],
     own: [Block3; 2],
     block: &'a Block3,
 }
@@ -91,16 +91,13 @@ impl State<'_> {
     #[inline(always)]
     fn slides(&self, k: usize) -> bool {
         let ([n, x, y], bound) = (self.z[k], self.bounds[k]);
-        n > 0.0 && matches!(bound, Bound::Coulomb(_)) && length([x, y]) >= SLIDES * bound.most(n)
+        n > 0.0 && length([x, y]) >= SLIDES * bound.most(n)
     }
 
     /// An impulse with the normal one, along the contact's own.
     #[inline(always)]
     fn ray(&self, k: usize) -> Row {
-        match self.bounds[k] {
-            Bound::Coulomb(_) => self.z[k].map(|z| z / self.z[k][0]),
-            Bound::Lagged(_) => [1.0, 0.0, 0.0],
-        }
+        self.z[k].map(|z| z / self.z[k][0])
     }
 
     /// What is left of the slope of the problem's minimum along a ray, which sliding friction is no part of.

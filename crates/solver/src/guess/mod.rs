@@ -49,11 +49,6 @@ pub trait InitialGuess: Send + Sync {
         let _ = (component, iteration);
     }
 
-    /// How many times the prediction's residual that of a proposed start of a step may be; beyond that it is dropped.
-    fn trust(&self) -> f64 {
-        1.0
-    }
-
     /// Proposes p0 and lambda0 for a whole step, which come as p* and 0. Returns whether it did. The component's poses
     /// are p*, and its system is evaluated there; its own predicted poses are lent to `poses` meanwhile. What it says of
     /// fixed bodies is not used.

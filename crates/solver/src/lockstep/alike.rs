@@ -40,7 +40,7 @@ impl SideBySide {
             component.take_begin(lane, &set.component);
         }
         watch.mark(&mut counters.times.predict);
-        let Attempt { residuals, target, unsolved, start } =
+        let Attempt { residuals, error, target, correction, unsolved, start } =
             begin(component, interval, params, &mut NoGuess, &mut counters);
         let mut watch = Stopwatch::start();
         solver.solve(&component.system, false, &mut component.dlambda);
@@ -55,7 +55,8 @@ impl SideBySide {
             set.component.pushed.fill(Spatial::zero());
             let [stretch, bend, momentum, check] = [stretch, bend, momentum, check].map(|x| x.0[lane]);
             let residuals = Residuals { stretch, bend, momentum, check };
-            set.attempt = Attempt { residuals, target: target.0[lane], unsolved: unsolved.0[lane], start };
+            let [error, target, correction, unsolved] = [error, target, correction, unsolved].map(|x| x.0[lane]);
+            set.attempt = Attempt { residuals, error, target, correction, unsolved, start };
             (set.takes_part, set.is_ahead) = (true, true);
             if let Some(touch) = &mut set.touch {
                 touch.corrections.clear();

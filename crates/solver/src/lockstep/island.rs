@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use crate::attempt::{
-    TangentChoice, begin, count_iteration, count_solve, count_step, evaluate, finish, may_go_on, solve, update,
+    TangentChoice, begin, count_iteration, count_solve, count_step, evaluate, finish, may_go_on, remaining, solve,
+    update,
 };
 use crate::component::Members;
 use crate::connected_set::{ConnectedSet, Projector};
@@ -76,8 +77,7 @@ impl Island<'_> {
             (room.iterations, room.parts) = (0, 0);
             retry::advance_parts(self, interval, 0, depth.max(1), params)
         });
-        // What does not converge is tried from the whole step on again, and so is each step with a momentum residual, whose contacts
-        // take many iterations to come to rest.
+        // What does not converge is tried from the whole step on again, and so is each step with a momentum residual.
         let is_solved = status <= Status::ConvergedInSubsteps && !params.formulation.momentum();
         let Room { is_open, iterations, parts, ref counters, .. } = *self.room;
         let is_easy = iterations <= params.contact.easy * parts;
@@ -225,7 +225,7 @@ impl Island<'_> {
                 count_iteration(component, &LinearInfo::default(), 1, false, counters);
                 return;
             }
-            if !set.takes_part && set.attempt.residuals.worst() <= set.attempt.target {
+            if !set.takes_part && set.attempt.error <= set.attempt.target {
                 component.rest(formulation);
                 return;
             }
@@ -257,11 +257,25 @@ impl Island<'_> {
         })
     }
 
+    /// Judges how far sets are from the solution, where the largest of their corrections before the last was `before`: all as one, as what
+    /// one corrects moves others. Returns the largest of the last ones, in units of what is good enough.
+    fn judge(&mut self, before: f64) -> f64 {
+        let of = |set: &ConnectedSet| set.component.correction / set.attempt.target;
+        let now = self.sets.iter().map(of).fold(0.0, max_or_nan);
+        let times = if now > 0.0 && now.is_finite() { remaining(now, before) / now } else { 1.0 };
+        for set in self.sets.iter_mut() {
+            let own = set.component.correction;
+            let way = if own > 0.0 { own * times } else { own };
+            set.attempt.error = if own == f64::INFINITY { set.attempt.residuals.worst() } else { way };
+        }
+        now
+    }
+
     /// The rods' largest error, in units of what is good enough; not a number if any is not.
     fn error(&self) -> f64 {
         let of = |set: &ConnectedSet| {
             let residuals = &set.attempt.residuals;
-            if residuals.check.is_finite() { residuals.worst() / set.attempt.target } else { f64::NAN }
+            if residuals.check.is_finite() { set.attempt.error / set.attempt.target } else { f64::NAN }
         };
         self.sets.iter().map(of).fold(0.0, max_or_nan)
     }
@@ -371,8 +385,7 @@ impl Steps for Island<'_> {
                 set.attempt.residuals = evaluate(&mut set.component, params.formulation, &mut set.counters);
             }
         });
-        // With a momentum residual contacts come to rest only after many iterations.
-        let is_impatient = !is_last && !params.formulation.momentum();
+        let mut correction = f64::INFINITY;
         let (mut before, mut best, mut earlier) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
         for iteration in 0.. {
             let now = max_or_nan(self.error(), contact / params.contact_tolerance);
@@ -383,18 +396,18 @@ impl Steps for Island<'_> {
                 break;
             }
             best = best.min(now);
-            let mut is_lost = now > params.contact.lost * best;
-            is_lost |= is_impatient
+            let mut is_lost = now.is_finite() && now > params.contact.lost * best;
+            is_lost |= !is_last
                 && iteration >= params.contact.astray_after
                 && best * params.contact_tolerance > params.contact.astray;
             if iteration % params.contact.patience == 0 {
-                is_lost |= is_impatient && best > params.contact.slow * earlier;
+                is_lost |= !(is_last || params.formulation.momentum()) && best > params.contact.slow * earlier;
                 earlier = best;
             }
             if is_lost || !may_go_on(iteration, now, before, params) {
                 return Status::OutOfIterations;
             }
-            if now >= before {
+            if now >= before && before.is_finite() {
                 self.sets.iter_mut().filter_map(|set| set.exact.as_mut()).for_each(|exact| exact.give_up());
             }
             before = now;
@@ -413,6 +426,7 @@ impl Steps for Island<'_> {
                 set.attempt.residuals = evaluate(&mut set.component, params.formulation, &mut set.counters);
                 watch.mark(&mut set.counters.times.assemble);
             });
+            correction = self.judge(correction);
         }
         let own = self.sets.iter().map(|set| set.attempt.status(0)).max().unwrap_or(Status::Converged);
         let is_refused = self.stage.turns_too_far(self.shared) || self.gains_energy(params);

@@ -28,6 +28,7 @@ mod recording;
 mod snapshots;
 mod solids;
 mod sparse_allocations;
+mod stopping;
 mod supports;
 mod tangent;
 mod validation;

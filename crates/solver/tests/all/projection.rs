@@ -70,7 +70,11 @@ fn exact_predictions_move_as_exact_solves_do() {
     for (model, state) in [(model, state), tree(), helix(24)] {
         for formulation in Formulation::ALL {
             for iterations in [1, 3] {
-                let params = params(formulation, iterations);
+                let mut params = params(formulation, iterations);
+                if formulation.momentum() {
+                    // Predictions are judged by what they leave, solves by how far they move bodies: here none is good enough.
+                    (params.relative_tolerance, params.absolute_tolerance) = (0.0, 0.0);
+                }
                 let settings = Settings { step: params, ..Settings::default() };
                 let mut exact = Simulation::new(&model, &state, &settings, None).unwrap();
                 let mut predicted = end_to_end(&model, &state, &params, 1.0, |_| false);

@@ -83,7 +83,7 @@ fn residuals_fall_quadratically_at_the_end_of_a_step() {
     }
 }
 
-/// Iterations a step to 1e-6 from the default start; the slack rod is thrown at its clamp.
+/// Iterations a step to 1e-6 from the default start, the one that shows that no more is needed included; the slack rod is thrown at its clamp.
 #[test]
 fn few_iterations_are_enough() {
     let slack = {
@@ -91,7 +91,7 @@ fn few_iterations_are_enough() {
         state.velocities.iter_mut().skip(1).for_each(|velocity| *velocity = Vector3::new(-4.0, 1.0, 0.0));
         (model, state)
     };
-    for (name, (model, state), most) in [("helix", helix(50), 3.5), ("ring", ring(), 4.0), ("slack rod", slack, 8.0)] {
+    for (name, (model, state), most) in [("helix", helix(50), 4.5), ("ring", ring(), 4.0), ("slack rod", slack, 8.0)] {
         let step = StepParams { formulation: Formulation::Newton, tangent: Tangent::Exact, ..StepParams::DEFAULT };
         let kind = GuessKind::StepAdaptive;
         let build = |model: &Model, members: &Members, topology: &Topology| kind.build(model, members, topology);

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::super::cone::Bound;
+use super::super::cone::Coulomb;
 use super::super::halves::{self, Pushed};
 use super::super::operator::Part;
 use super::*;
@@ -41,7 +41,7 @@ fn row(sets: u32, friction: f64, is_halved: bool) -> Problem {
         first.sort_by_key(|&k| order[k as usize]);
     }
     for gap in gaps {
-        let friction = Bound::Coulomb(friction);
+        let friction = Coulomb(friction);
         let free = [gap, 0.1, -0.2];
         problem.push(Unknown { force: [0.0; 3], before: [0.0; 3], free, friction, scale: 1.0 });
     }
@@ -79,7 +79,7 @@ fn row(sets: u32, friction: f64, is_halved: bool) -> Problem {
 fn solved(mut problem: Problem, threads: usize) -> (Vec<Row>, usize) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut rounds = Rounds::default();
-    rounds.begin(&problem, true);
+    rounds.begin(&problem);
     let goal = Goal { tolerance: 1e-12, pause: usize::MAX, most: 10_000 };
     let end = pool.install(|| rounds.go(&mut problem, goal));
     assert_eq!(end, End::Done);

@@ -1,12 +1,11 @@
 //! How far contacts are from their laws at new poses.
 
-use super::super::cone::{Bound, natural_residual};
-use super::super::geometry::{Contact, Poses};
+use super::super::cone::{Coulomb, natural_residual};
+use super::super::geometry::Poses;
 use super::super::reach;
-use super::super::rest::Rest;
 use super::super::sets::Sets;
 use super::super::shared::Shared;
-use super::{GOOD, Stage, push};
+use super::{Stage, push};
 use crate::counters::Counters;
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
@@ -37,21 +36,24 @@ impl Stage {
         if !self.contacts.is_empty() {
             reach::note_moves(&self.search.segments, shared.detector.shapes(), components);
         }
-        // A momentum residual would see the turn and take it back; in the first iteration bodies are far from where they will be.
-        let turns = iteration > 0 && !formulation.momentum();
+        // In the first iteration bodies are far from where they will be.
+        let turns = iteration > 0;
         let error = |stage: &mut Self, components: &mut Sets<'_>, poses: Poses, counters: &mut Counters| {
             stage.evaluate(shared, components, (poses, turns), counters);
-            stage.error(shared, components, formulation, tolerance, iteration)
+            stage.error(shared, components, formulation, tolerance)
         };
         if iteration < shared.params.settle_after {
             self.normals.clear();
-            if iteration == 0 && !formulation.momentum() {
+            if iteration == 0 {
                 self.normals.extend(self.contacts.iter().map(|contact| contact.normal));
             }
             let worst = error(self, components, Poses::Now, counters);
             // What ends with the first iteration ends with forces along its normals.
-            if worst <= tolerance {
+            if worst <= tolerance && iteration == 0 {
                 self.contacts.iter_mut().zip(&self.normals).for_each(|(contact, &before)| contact.turn_impulse(before));
+                if formulation.momentum() {
+                    self.press(shared, components);
+                }
             }
             return worst;
         }
@@ -66,53 +68,19 @@ impl Stage {
     }
 
     /// The largest error of the contacts as they are evaluated.
-    fn error(
-        &mut self,
-        shared: &Shared,
-        components: &mut Sets<'_>,
-        formulation: Formulation,
-        tolerance: f64,
-        iteration: usize,
-    ) -> f64 {
-        // The momentum residual sees each change of an impulse.
-        let after = |iterations: usize| formulation.momentum() && iteration >= iterations;
-        let (settles, rests) = (after(shared.params.settle_after), after(2 * shared.params.settle_after));
-        if formulation.momentum() {
-            self.rests.resize(self.contacts.len(), Rest::default());
-        }
+    fn error(&mut self, shared: &Shared, components: &mut Sets<'_>, formulation: Formulation, tolerance: f64) -> f64 {
         let mut worst = 0.0_f64;
-        for (index, contact) in self.contacts.iter_mut().enumerate() {
+        for contact in &mut self.contacts {
             contact.residual = 0.0;
-            if contact.is_left_out {
-                continue;
-            }
-            let mut rest = self.rests.get_mut(index);
-            if let Some(rest) = &mut rest {
-                rest.left = [0.0; 3];
-                if settles && (!rests || rest.bound.is_none()) {
-                    rest.keep_bound(contact);
-                }
-            }
-            if contact.doubled && contact.impulse == Vec3::zero() {
+            if contact.is_left_out || (contact.doubled && contact.impulse == Vec3::zero()) {
                 continue;
             }
             let short = contact.gap - contact.target;
-            let gap_and_slip = |contact: &Contact| {
-                let [_, first, second] = contact.local(contact.slip);
-                [short, first, second]
-            };
             contact.residual = if contact.compliance[0] > 0.0 {
-                let (force, w) = (contact.local(contact.impulse), gap_and_slip(contact));
-                let lawful = natural_residual(contact.compliance, force, w, Bound::Coulomb(contact.coefficient));
-                let [normal, across] = match &mut rest {
-                    // A bound that stays may no longer be that of the normal impulse that there is.
-                    Some(rest) if rests && lawful[1] > tolerance * contact.radius.min(self.unit) => {
-                        rest.keep_bound(contact);
-                        lawful
-                    }
-                    Some(rest) => natural_residual(contact.compliance, force, w, rest.bound(contact)),
-                    None => lawful,
-                };
+                let [_, first, second] = contact.local(contact.slip);
+                let (force, w) = (contact.local(contact.impulse), [short, first, second]);
+                let friction = Coulomb(contact.coefficient);
+                let [normal, across] = natural_residual(contact.compliance, force, w, friction);
                 // Where surfaces slide far, the direction of friction need not be nearer than this.
                 let slip = contact.slip.norm_squared().sqrt() * (shared.params.sliding / tolerance);
                 // Where other places are nearer, bodies are deeper in each other there.
@@ -120,12 +88,6 @@ impl Stage {
             } else {
                 (-short).max(0.0)
             } / contact.radius.min(self.unit);
-            if let Some(rest) = rest
-                && rests
-                && contact.residual <= GOOD * tolerance
-            {
-                rest.left = rest.unanswered(contact, gap_and_slip(contact));
-            }
             worst = if contact.residual.is_nan() { f64::NAN } else { worst.max(contact.residual) };
         }
         if formulation.momentum() {
