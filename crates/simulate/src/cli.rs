@@ -74,8 +74,8 @@ pub(crate) struct SceneArgs {
     /// Length of a time step in seconds [default: the scene's]. Shorter steps are more accurate and lose less energy.
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) dt: Option<f64>,
-    /// Which equations a step solves: xpbd-geometric (fast, and right for nearly everything), xpbd (the COPINGNet paper's),
-    /// newton (the integrator's equations in full, the most accurate of them, and slower).
+    /// Which equations a step solves: newton (the integrator's equations in full), xpbd-geometric and xpbd (the COPINGNet paper's), which
+    /// drop the momentum residual: stiff rods pressed on contacts skid, and forces are wrong.
     #[arg(long, default_value_t = Formulation::default())]
     pub(crate) formulation: Formulation,
     /// Which matrix newton iterates with: auto (of the other two the one that takes a rod less work, found out step by step),

@@ -8,9 +8,9 @@ pub enum Formulation {
     /// The paper's extended position-based dynamics: `dp = M^-1 J^T dlambda`, the momentum residual is dropped.
     Xpbd,
     /// `Xpbd` with geometric stiffness in the rotational mass: stable for slack rods under tension.
-    #[default]
     XpbdGeometric,
     /// Momentum residual and geometric stiffness: implicit Euler, solved to the end.
+    #[default]
     Newton,
 }
 

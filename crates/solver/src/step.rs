@@ -43,7 +43,7 @@ pub struct StepParams {
 impl StepParams {
     /// Those that a simulation has unless told otherwise.
     pub const DEFAULT: Self = Self {
-        formulation: Formulation::XpbdGeometric,
+        formulation: Formulation::Newton,
         tangent: Tangent::Positive,
         integrator: Integrator::Euler,
         relative_tolerance: 1e-6,

@@ -157,11 +157,11 @@ const STEP_GUESSES: [GuessKind; 4] =
 fn guesses_of_solves_save_iterations_and_leave_the_motion_alone() {
     let solver = SolverKind::Cg(CgParams { tolerance: 1e-5, ..CgParams::default() });
     for scene in [rod(3.0, 20, 0.05, material(1e5, 300.0)), tree()] {
-        let (exact, _) = simulated(&scene, SolverKind::Sparse, Formulation::default(), GuessKind::Zero, &|_| DT);
-        let (zero, plain) = simulated(&scene, solver, Formulation::default(), GuessKind::Zero, &|_| DT);
+        let (exact, _) = simulated(&scene, SolverKind::Sparse, Formulation::Xpbd, GuessKind::Zero, &|_| DT);
+        let (zero, plain) = simulated(&scene, solver, Formulation::Xpbd, GuessKind::Zero, &|_| DT);
         assert!(distance(&exact, &zero) < 1e-5);
         for guess in SOLVE_GUESSES {
-            let (end, counters) = simulated(&scene, solver, Formulation::default(), guess, &|_| DT);
+            let (end, counters) = simulated(&scene, solver, Formulation::Xpbd, guess, &|_| DT);
             assert!(distance(&exact, &end) < 1e-5, "{guess}");
             assert!(counters.guesses_used > 0 && counters.guesses_dropped == 0, "{guess}");
             let share = counters.linear_iterations as f64 / plain.linear_iterations as f64;
@@ -216,9 +216,7 @@ fn a_changing_time_step_does_no_harm() {
     let scene = rod(2.0, 15, 0.05, material(1e5, 300.0));
     let dt = |k: usize| [0.02, 0.02, 0.005, 0.04][k / 3 % 4];
     let solver = SolverKind::Cg(CgParams { tolerance: 1e-10, ..CgParams::default() });
-    for (guesses, formulation) in
-        [(&SOLVE_GUESSES[..], Formulation::XpbdGeometric), (&STEP_GUESSES, Formulation::Newton)]
-    {
+    for (guesses, formulation) in [(&SOLVE_GUESSES[..], Formulation::Xpbd), (&STEP_GUESSES, Formulation::Newton)] {
         let (exact, plain) = simulated(&scene, solver, formulation, GuessKind::Zero, &dt);
         for &guess in guesses {
             let (end, counters) = simulated(&scene, solver, formulation, guess, &dt);
@@ -234,8 +232,9 @@ fn only_newton_takes_guesses_of_steps() {
     let (model, state) = rod(1.0, 5, 0.05, material(1e5, 300.0));
     let factory =
         |model: &Model, members: &Members, topology: &Topology| GuessKind::StepLinear.build(model, members, topology);
-    let error = Simulation::new(&model, &state, &Settings::default(), Some(&factory)).err().unwrap();
-    assert!(matches!(error, SimulationError::StepGuess(Formulation::XpbdGeometric)));
+    let settings = settings(Formulation::Xpbd, SolverKind::Direct);
+    let error = Simulation::new(&model, &state, &settings, Some(&factory)).err().unwrap();
+    assert!(matches!(error, SimulationError::StepGuess(Formulation::Xpbd)));
 }
 
 #[test]
