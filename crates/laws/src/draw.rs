@@ -131,8 +131,8 @@ impl Draft {
     fn method(&mut self) -> Method {
         let random = &mut self.random;
         let formulation = match random.whole(0, 6) {
-            0..=3 => Formulation::XpbdGeometric,
-            4 | 5 => Formulation::Newton,
+            0..=3 => Formulation::Newton,
+            4 | 5 => Formulation::XpbdGeometric,
             _ => Formulation::Xpbd,
         };
         let integrator = random.pick(&[Integrator::Euler, Integrator::Euler, Integrator::Bdf2]);

@@ -63,7 +63,7 @@ fn simpler(method: Method) -> [Method; 3] {
     [
         Method { solver: SolverKind::Direct, ..method },
         Method { integrator: Integrator::Euler, ..method },
-        Method { formulation: Formulation::XpbdGeometric, ..method },
+        Method { formulation: Formulation::default(), ..method },
     ]
 }
 
@@ -141,7 +141,7 @@ mod tests {
         let text = "[contact]\nfriction = 0.3\n[[obstacles]]\nshape.plane = { point_m = [0, 0, -1] }\n[[rods]]\nradius_m = 0.0123\n\
                     shape.straight = { length_m = 1, segments = 16 }\n[[rods]]\nclamp = [\"start-face\"]\nradius_m = 0.0456\n\
                     shape.helix = { radius_m = 0.1, height_m = 1.234, winding = 2, segments = 9 }\n";
-        let method = Method { formulation: Formulation::Newton, integrator: Integrator::Bdf2, ..Method::default() };
+        let method = Method { formulation: Formulation::Xpbd, integrator: Integrator::Bdf2, ..Method::default() };
         let case = Case { text: text.to_owned(), files: vec![("a.csv".to_owned(), String::new())], method };
         // The fault: a helix of two segments or more, with this integrator.
         let breaks = |case: &Case| {

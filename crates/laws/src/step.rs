@@ -52,6 +52,16 @@ impl Step<'_> {
         of_contacts.max(relative_tolerance)
     }
 
+    /// How far the surface of a segment may be from where it would end in formulation `newton` [m].
+    pub(crate) fn way(&self, i: usize) -> f64 {
+        let StepParams { relative_tolerance, contact_tolerance, .. } = StepParams::DEFAULT;
+        let segment = &self.model.segments[i];
+        match self.model.contacts.is_empty() {
+            true => relative_tolerance * segment.length,
+            false => contact_tolerance * segment.radius,
+        }
+    }
+
     pub(crate) fn is_euler(&self) -> bool {
         self.method.integrator == Integrator::Euler
     }

@@ -75,9 +75,10 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) dt: Option<f64>,
     /// Which equations a step solves: newton (the integrator's equations in full), xpbd-geometric and xpbd (the COPINGNet paper's), which
-    /// drop the momentum residual: stiff rods pressed on contacts skid, and forces are wrong.
-    #[arg(long, default_value_t = Formulation::default())]
-    pub(crate) formulation: Formulation,
+    /// drop the momentum residual: stiff rods pressed on contacts skid, and forces are wrong [default: newton; xpbd with a learned
+    /// guess of linear solves, which has learned from it].
+    #[arg(long)]
+    pub(crate) formulation: Option<Formulation>,
     /// Which matrix newton iterates with: auto (of the other two the one that takes a rod less work, found out step by step),
     /// positive, exact (fewer iterations, where joints are bent far from rest; for chains, trees and rings without contacts).
     /// The motion is the same to the tolerance.

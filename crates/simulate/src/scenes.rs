@@ -163,7 +163,7 @@ pub(crate) fn overlapping(scene: &Scene, args: &SceneArgs, overlap: &Overlap) ->
 /// Settings with the formulation and the tolerances of the arguments; the absolute one goes down with the relative one.
 pub(crate) fn settings(args: &SceneArgs) -> Settings {
     let mut settings = Settings::default();
-    settings.step.formulation = args.formulation;
+    settings.step.formulation = args.formulation.unwrap_or_default();
     settings.step.tangent = args.tangent;
     settings.step.integrator = args.integrator;
     settings.step.relative_tolerance = args.tolerance;

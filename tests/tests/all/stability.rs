@@ -31,8 +31,8 @@ fn stands(row: &CaseRun) -> bool {
 }
 
 #[test]
-fn the_default_formulation_stands_every_case() {
-    let rows = table(Formulation::default());
+fn geometric_stiffness_stands_every_case() {
+    let rows = table(Formulation::XpbdGeometric);
     assert_eq!(rows.len(), stress::cases().len());
     for row in &rows {
         assert!(stands(row), "{row:?}");
@@ -51,7 +51,7 @@ fn the_default_formulation_stands_every_case() {
 /// All but the pile, which takes as long as all others.
 #[test]
 fn so_it_does_with_the_second_order() {
-    let mut settings = stress::settings(Formulation::default());
+    let mut settings = stress::settings(Formulation::XpbdGeometric);
     settings.step.integrator = Integrator::Bdf2;
     for case in stress::cases().iter().filter(|case| case.formulations.len() == Formulation::ALL.len()) {
         let row = stress::run(case, &settings, None).expect("a valid case");
@@ -91,7 +91,7 @@ fn newton_is_honest_about_the_steps_it_does_not_solve() {
         "{thrown:?}"
     );
     let halved = names(&rows, |row| row.retries > 0 && stands(row));
-    assert_eq!(halved, ["folded back: almost antiparallel frames"]);
+    assert_eq!(halved, [""; 0]);
 }
 
 /// Smallest and largest of some values.

@@ -38,7 +38,7 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     dt: Option<f64>,
     /// Equations of conjugate gradients and of the reference: xpbd, xpbd-geometric, newton.
-    #[arg(long, default_value_t = Formulation::default())]
+    #[arg(long, default_value_t = Formulation::Xpbd)]
     formulation: Formulation,
     /// Residual at which a step is done, relative to that of its prediction.
     #[arg(long, default_value = "1e-6", value_parser = positive, allow_hyphen_values = true)]

@@ -26,7 +26,7 @@ impl Section for Scenes {
     const ID: &'static str = "needs";
 
     fn keys(&self, context: &Context) -> Result<Vec<NeedsKey>> {
-        let formulations = context.size.pick(&[Formulation::XpbdGeometric][..], &Formulation::ALL);
+        let formulations = context.size.pick(&[Formulation::Newton][..], &Formulation::ALL);
         let steps = context.size.pick(20, 100);
         let mut keys = Vec::new();
         for scene in SCENES.split(' ') {

@@ -72,7 +72,7 @@ fn a_comparison_shows_every_way_and_start() {
         "gn, gn-best learned from random scenes (rod), where nothing is like this scene: segments = 60.0, not";
     assert!(text.contains(foreign), "{text}");
     let ways = table(&folder, "compare-runs");
-    for way in ["xpbd, direct", "newton, direct, step-quadratic", "xpbd-geometric, cg block-jacobi, frozen"] {
+    for way in ["xpbd, direct", "newton, direct, step-quadratic", "xpbd, cg block-jacobi, frozen"] {
         assert!(column(&ways, "way").contains(&way), "{way}");
     }
     // In a plane those that know nothing of it stand twice.
@@ -81,7 +81,7 @@ fn a_comparison_shows_every_way_and_start() {
     let ways = table(&folder, "compare-runs");
     let starts = table(&folder, "compare-starts");
     for name in ["fischer-2", "gn", "gn, planar", "gn-best"] {
-        assert!(column(&ways, "way").contains(&format!("xpbd-geometric, cg raw, {name}").as_str()), "{name}");
+        assert!(column(&ways, "way").contains(&format!("xpbd, cg raw, {name}").as_str()), "{name}");
         assert!(column(&starts, "guess").contains(&name), "{name}");
     }
     assert!(!column(&starts, "guess").contains(&"gn-best, planar"));
@@ -156,7 +156,7 @@ fn guesses_are_measured_on_random_scenes_by_step() {
     let page = fs::read_to_string(folder.path().join("out/index.html")).expect("a page");
     assert!(["rod-paper", "rod-best", "helix-paper", "helix-best"].iter().all(|name| page.contains(&weights(name))));
     measured(&folder, &["compare", "--steps", "3", "--with", "knn"]);
-    assert!(column(&table(&folder, "compare-runs"), "way").contains(&"xpbd-geometric, cg jacobi, knn, planar"));
+    assert!(column(&table(&folder, "compare-runs"), "way").contains(&"xpbd, cg jacobi, knn, planar"));
     // What the command before wrote into the folder is gone.
     assert!(!folder.path().join("out/csv/guesses-rod-0-iterations.csv").exists());
     // A network out of its mind.

@@ -1,6 +1,6 @@
 //! Whether what the status says is so: residuals of joints, computed from scratch, and gaps.
 
-use rod::{InnerDamping, measure};
+use rod::{Body, InnerDamping, measure};
 use solver::step::Status;
 
 use crate::law::{Law, Violation};
@@ -23,7 +23,12 @@ pub(super) fn residual(step: &Step<'_>, violations: &mut Vec<Violation>) {
         }
         let found = force.residual(step.model, state, joint);
         let rounding = 16.0 * f64::EPSILON * size / joint.length + 1e-12;
-        let allowed = step.tolerance() * (1.0 + 1e-3) + rounding;
+        // `newton` ends where the surfaces of both bodies are near enough to their ends.
+        let near = |body: Body| match body {
+            Body::Segment(i) if step.is_newton() => step.way(i) / step.model.segments[i].radius,
+            _ => 0.0,
+        };
+        let allowed = (near(joint.a) + near(joint.b)).max(step.tolerance()) * (1.0 + 1e-3) + rounding;
         step.hold(violations, Law::Residual, found, allowed, || {
             format!("joint {k} is {found:.3e} of its length or rad off where the status is {}", step.status.name())
         });

@@ -30,7 +30,7 @@ fn a_run_goes_on_from_its_snapshot_as_if_it_had_not_ended() {
     for scene in [
         &["tree-20"][..],
         &["strip"],
-        &["strip", "--formulation", "newton"],
+        &["strip", "--formulation", "xpbd-geometric"],
         &["helix-on-plane"],
         &["helix", "--guess", "quadratic"],
     ] {
@@ -78,7 +78,7 @@ fn a_snapshot_of_something_else_is_refused_and_a_frame_is_not() {
 
     let error = refused(&[&file, "--from", &first]);
     assert!(error.contains("snapshot.safetensors is of another model (helix) than the scene helix"), "{error}");
-    let error = refused(&["helix", "--formulation", "newton", "--from", &first]);
+    let error = refused(&["helix", "--formulation", "xpbd", "--from", &first]);
     assert!(
         error.contains("the snapshot is of a run with another formulation, integrator, solver or guess"),
         "{error}"

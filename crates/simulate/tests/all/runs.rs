@@ -16,8 +16,8 @@ fn without_arguments_it_runs_the_bending_rod() {
     assert_eq!((code, err), (Some(0), ""));
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!(lines[0], "bending-rod: 30 segments, 29 joints, 100 steps of 0.02 s");
-    assert_eq!(lines[1], "formulation xpbd-geometric, solver direct, guess zero");
-    assert!(lines[2].starts_with("chosen: solver direct: ") && lines[2].contains("; guess zero: "), "{out}");
+    assert_eq!(lines[1], "formulation newton, solver direct, guess step-adaptive");
+    assert!(lines[2].starts_with("chosen: solver direct: ") && lines[2].contains("; guess step-adaptive: "), "{out}");
     assert!(lines[3].starts_with("converged: 100 steps, 2 s of motion, in "), "{out}");
     assert!(lines[lines.len() - 2].starts_with("Next: `simulate --view` "), "{out}");
     assert!(!out.contains("NaN") && !out.contains("inf"), "{out}");
@@ -170,15 +170,15 @@ fn threads_do_not_change_a_bit() {
 #[test]
 fn the_default_guess_is_chosen_for_the_formulation_and_leaves_lanes_alone() {
     let guess = |arguments: &[&str]| json(&[arguments, &["--steps", "4"]].concat())["guess"].clone();
-    assert_eq!(guess(&[]), "zero");
-    assert_eq!(guess(&["--formulation", "newton"]), "step-adaptive");
-    assert_eq!(guess(&["--formulation", "newton", "--guess", "zero"]), "zero");
+    assert_eq!(guess(&[]), "step-adaptive");
+    assert_eq!(guess(&["--formulation", "xpbd"]), "zero");
+    assert_eq!(guess(&["--guess", "zero"]), "zero");
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("many.toml");
     fs::write(&path, many_rods()).expect("a scene");
     let path = path.to_str().expect("UTF-8");
-    assert_eq!(guess(&[path, "--formulation", "newton"]), "zero");
-    assert_eq!(guess(&[path, "--formulation", "newton", "--guess", "step-linear"]), "step-linear");
+    assert_eq!(guess(&[path]), "zero");
+    assert_eq!(guess(&[path, "--guess", "step-linear"]), "step-linear");
 }
 
 /// What the arguments leave open is chosen and explained; what they say stays.
@@ -190,17 +190,17 @@ fn the_solver_is_chosen_and_the_summary_says_why() {
         [text("solver"), text("guess"), text("chosen")]
     };
     let [solver, guess, chosen] = run(&[]);
-    assert_eq!((solver.as_str(), guess.as_str()), ("direct", "zero"));
+    assert_eq!((solver.as_str(), guess.as_str()), ("direct", "step-adaptive"));
     assert_eq!(run(&["--solver", "auto"]), [solver, guess, chosen.clone()]);
     assert!(
-        chosen.starts_with("solver direct: the rods form 1 chain, eliminated without iterating; guess zero: "),
+        chosen.starts_with("solver direct: the rods form 1 chain, eliminated without iterating; guess step-adaptive: "),
         "{chosen}"
     );
     assert!(run(&["tree-10"])[2].contains("1 tree"));
     assert!(run(&["net"])[2].contains("1 set with loops, solved by sparse Cholesky"));
     let [solver, guess, chosen] = run(&["--solver", "sparse"]);
-    assert_eq!((solver.as_str(), guess.as_str()), ("sparse", "zero"));
-    assert!(chosen.starts_with("guess zero: "), "{chosen}");
+    assert_eq!((solver.as_str(), guess.as_str()), ("sparse", "step-adaptive"));
+    assert!(chosen.starts_with("guess step-adaptive: "), "{chosen}");
     assert_eq!(run(&["--solver", "sparse", "--guess", "zero"])[2], "");
     assert!(run(&["--guess", "zero"])[2].ends_with("1 chain, eliminated without iterating"));
     for (flag, value, solver) in [
@@ -210,7 +210,7 @@ fn the_solver_is_chosen_and_the_summary_says_why() {
     ] {
         let [found, guess, chosen] = run(&[flag, value]);
         assert_eq!(found, solver);
-        assert_eq!(guess, if flag == "--guess" { value } else { "zero" });
+        assert_eq!(guess, if flag == "--guess" { value } else { "step-adaptive" });
         let name = if flag == "--guess" { "--guess fischer" } else { flag };
         assert!(chosen.starts_with(&format!("solver {solver}: no other has a use for {name}")), "{chosen}");
     }
@@ -220,7 +220,7 @@ fn the_solver_is_chosen_and_the_summary_says_why() {
 #[test]
 fn counters_tell_what_the_scene_has() {
     let work = |summary: &Value, key: &str| summary["work"][key].as_u64().expect("a count");
-    let plain = json(&["bending-rod", "--steps", "10"]);
+    let plain = json(&["bending-rod", "--steps", "10", "--formulation", "xpbd-geometric"]);
     for key in [
         "load_evaluations",
         "damping_evaluations",

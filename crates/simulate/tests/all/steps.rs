@@ -59,7 +59,10 @@ fn every_scene_is_taken_and_slack_ones_are_no_strangers() {
 #[test]
 fn mistakes_get_one_error_that_says_what_is_allowed() {
     let cases: [(&[&str], &str); 2] = [
-        (&["--guess", "gn-step"], "--guess gn-step needs --formulation newton, but the formulation is xpbd-geometric"),
+        (
+            &["--guess", "gn-step", "--formulation", "xpbd"],
+            "--guess gn-step needs --formulation newton, but the formulation is xpbd",
+        ),
         (
             &["--guess", "gn-step", "--formulation", "newton", "--end-to-end"],
             "--end-to-end needs a guess of linear solves (--guess knn, gn or gn-best), but the guess is gn-step",

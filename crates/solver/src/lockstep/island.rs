@@ -77,8 +77,8 @@ impl Island<'_> {
             (room.iterations, room.parts) = (0, 0);
             retry::advance_parts(self, interval, 0, depth.max(1), params)
         });
-        // What does not converge is tried from the whole step on again, and so is each step with a momentum residual.
-        let is_solved = status <= Status::ConvergedInSubsteps && !params.formulation.momentum();
+        // What does not converge is tried from the whole step on again.
+        let is_solved = status <= Status::ConvergedInSubsteps;
         let Room { is_open, iterations, parts, ref counters, .. } = *self.room;
         let is_easy = iterations <= params.contact.easy * parts;
         self.set_pace(match (is_solved, is_open) {
@@ -401,7 +401,7 @@ impl Steps for Island<'_> {
                 && iteration >= params.contact.astray_after
                 && best * params.contact_tolerance > params.contact.astray;
             if iteration % params.contact.patience == 0 {
-                is_lost |= !(is_last || params.formulation.momentum()) && best > params.contact.slow * earlier;
+                is_lost |= !is_last && best > params.contact.slow * earlier;
                 earlier = best;
             }
             if is_lost || !may_go_on(iteration, now, before, params) {

@@ -89,7 +89,7 @@ fn verdict(cells: &[(&StabilityKey, &Value)]) -> String {
         !is_good(&value.row) && cells.iter().any(|(other, value)| **other == base && is_good(&value.row))
     });
     format!(
-        "Cases that converge in every step: {}. The paper's formulation is xpbd, the default xpbd-geometric. Of {} runs \
+        "Cases that converge in every step: {}. The paper's formulation is xpbd, the default newton. Of {} runs \
          from a learned guess {} do not where the same solver does from zero.",
         words.collect::<Vec<_>>().join("; "),
         learned().count(),
