@@ -129,9 +129,13 @@ fn nothing_enters_anything(name: &str) {
     let mut own = 0.0;
     let simulation = run(&scene, scene.run.steps, |(step, status), state, counters| {
         let now = deepest(&scene.model, state, &neighbours);
-        // What the solver says of itself is what brute force finds; of a step done in parts it sees the ends of all parts.
+        // What the solver says of itself is what brute force finds, but for places on axes that are nearly parallel, which stay while
+        // others are nearer by no more than a tenth of the tolerance; of a step done in parts it sees the ends of all parts.
         let more = counters.deepest_penetration - now.max(own);
-        assert!(more > -1e-6 && (more < 1e-6 || status != Status::Converged), "{name}, step {step}: {more}");
+        assert!(
+            more > -0.1 * StepParams::DEFAULT.contact_tolerance && (more < 1e-6 || status != Status::Converged),
+            "{name}, step {step}: {more}"
+        );
         own = counters.deepest_penetration;
         assert!(now < DEEPEST, "{name}, step {step}: {now} of a radius deep");
         worst = worst.max(now);

@@ -63,7 +63,9 @@ fn no_network_changes_the_motion() {
             let apart = farthest(&found, &expected);
             assert!(apart < 1e-7, "scene {which}, scale {scale}: {apart:e}");
             assert_eq!(counters.guesses_used + counters.guesses_dropped, 12);
-            assert_eq!(counters.guesses_used == 0, scale.is_nan(), "scale {scale}");
+            // What leads further than a body's length from the prediction is not followed.
+            assert!(scale > 1.0 || counters.guesses_used > 0, "scale {scale}");
+            assert!(!scale.is_nan() || counters.guesses_used == 0, "scale {scale}");
             dropped += if scale == 1e4 { counters.guesses_dropped } else { 0 };
         }
     }
@@ -77,7 +79,8 @@ fn another_time_step_begins_without_a_history() {
     let (expected, _) = moved(&model, &state, &dts, None);
     let (found, counters) = moved(&model, &state, &dts, Some(&crate::common::weights(sizes(), 0.1)));
     assert!(farthest(&found, &expected) < 1e-7);
-    assert_eq!(counters.guesses_used, 18);
+    assert_eq!(counters.guesses_used + counters.guesses_dropped, 18);
+    assert!(counters.guesses_used > 12, "{}", counters.guesses_used);
 }
 
 #[test]

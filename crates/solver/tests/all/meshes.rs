@@ -188,9 +188,9 @@ fn a_rod_on_two_edges_is_in_static_balance() {
 /// A rod that slides over triangles of one plane does as on the half-space: it never catches on an edge within.
 #[test]
 fn a_mesh_of_the_ground_is_the_ground() {
-    // What each step may be off by adds up over a hundred. A rod that does not stretch comes to rest: sweeps leave 5e-6 there.
+    // With 1e-5 sweeps leave more where the rod, which does not stretch, comes to rest: steps are halved.
     let mut settings = sharp();
-    settings.step.contact_tolerance = 1e-5;
+    settings.step.contact_tolerance = 1e-4;
     for (velocity, belt) in
         [(Vector3::new(1.0, 0.7, 0.0), None), (Vector3::zeros(), Some(Vector3::new(0.4, -0.2, 0.0)))]
     {
