@@ -401,7 +401,7 @@ impl Steps for Island<'_> {
                 && iteration >= params.contact.astray_after
                 && best * params.contact_tolerance > params.contact.astray;
             if iteration % params.contact.patience == 0 {
-                is_lost |= !is_last && best > params.contact.slow * earlier;
+                is_lost |= !(is_last || params.formulation.momentum()) && best > params.contact.slow * earlier;
                 earlier = best;
             }
             if is_lost || !may_go_on(iteration, now, before, params) {
