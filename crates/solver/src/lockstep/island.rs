@@ -77,8 +77,8 @@ impl Island<'_> {
             (room.iterations, room.parts) = (0, 0);
             retry::advance_parts(self, interval, 0, depth.max(1), params)
         });
-        // What does not converge is tried from the whole step on again.
-        let is_solved = status <= Status::ConvergedInSubsteps;
+        // What does not converge is tried from the whole step on again, and so is each step with a momentum residual.
+        let is_solved = status <= Status::ConvergedInSubsteps && !params.formulation.momentum();
         let Room { is_open, iterations, parts, ref counters, .. } = *self.room;
         let is_easy = iterations <= params.contact.easy * parts;
         self.set_pace(match (is_solved, is_open) {
