@@ -237,7 +237,7 @@ fn derivatives_by_the_ways_of_obstacles_are_those_of_differences() {
 /// Within a step that is halved an obstacle is where its frames say in proportion.
 #[test]
 fn halved_steps_have_derivatives_by_the_ways_of_obstacles() {
-    let mut case = Case { iterations: 4, ..post(0.4) };
+    let mut case = Case { iterations: 3, ..post(0.4) };
     // Turns about several axes are not in proportion between two frames.
     case.way.iter_mut().for_each(|[_, turn]| *turn = Vector3::zeros());
     Integrator::ALL.into_iter().for_each(|integrator| check(&case, integrator));
