@@ -25,7 +25,7 @@ impl Method {
     /// All else as `simulate` has it by default.
     pub fn settings(&self) -> Settings {
         let Self { formulation, integrator, solver } = *self;
-        Settings { step: StepParams { formulation, integrator, tangent: Tangent::Auto, ..StepParams::DEFAULT }, solver }
+        Settings { step: StepParams { integrator, tangent: Tangent::Auto, ..StepParams::of(formulation) }, solver }
     }
 }
 

@@ -47,19 +47,15 @@ impl Step<'_> {
 
     /// Residual of joints that counts as solved: in segment lengths and radians. A prediction that is less far off asks for less.
     pub(crate) fn tolerance(&self) -> f64 {
-        let StepParams { relative_tolerance, contact_tolerance, contact, .. } = StepParams::DEFAULT;
+        let StepParams { relative_tolerance, contact_tolerance, contact, .. } = self.method.settings().step;
         let of_contacts = if self.model.contacts.is_empty() { 0.0 } else { contact.rods_share * contact_tolerance };
         of_contacts.max(relative_tolerance)
     }
 
     /// How far the surface of a segment may be from where it would end in formulation `newton` [m].
     pub(crate) fn way(&self, i: usize) -> f64 {
-        let StepParams { relative_tolerance, contact_tolerance, .. } = StepParams::DEFAULT;
-        let segment = &self.model.segments[i];
-        match self.model.contacts.is_empty() {
-            true => relative_tolerance * segment.length,
-            false => contact_tolerance * segment.radius,
-        }
+        let (segment, touch) = (&self.model.segments[i], !self.model.contacts.is_empty());
+        self.method.settings().step.motion_tolerance(touch) * if touch { segment.radius } else { segment.length }
     }
 
     pub(crate) fn is_euler(&self) -> bool {

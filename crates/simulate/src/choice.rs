@@ -4,6 +4,7 @@ use anyhow::{Result, bail};
 use catalogue::{GuessName, learned_start};
 use scene::Scene;
 use solver::auto::{self, Choice};
+use solver::formulation::Formulation;
 use solver::integrator::Integrator;
 use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
@@ -25,13 +26,20 @@ pub(crate) struct Way {
     pub(crate) chosen: Option<String>,
 }
 
+/// The formulation of a run with such a start: that which is `asked` for, else of learned starts of linear solves that of the steps they
+/// have learned from.
+pub(crate) fn formulation(asked: Option<Formulation>, guess: Option<GuessName>) -> Formulation {
+    let learned = guess.is_some_and(|guess| guess.is_learned() && guess.helps_solves());
+    asked.unwrap_or(if learned { Formulation::Xpbd } else { Formulation::default() })
+}
+
 /// The way that the arguments ask for; what they leave open is chosen for the scene.
 ///
 /// # Errors
 /// If flags do not go together.
-pub(crate) fn way(args: &RunArgs, scene: &Scene, step: &StepParams) -> Result<Way> {
+pub(crate) fn way((asked, args): (Option<Formulation>, &RunArgs), scene: &Scene, step: &StepParams) -> Result<Way> {
     check_guess(args, step)?;
-    let (asked, why_cg) = asked_solver(args)?;
+    let (asked_solver, why_cg) = asked_solver(args)?;
     if let Some(guess) = args.guess
         && args.end_to_end.is_some()
     {
@@ -40,7 +48,7 @@ pub(crate) fn way(args: &RunArgs, scene: &Scene, step: &StepParams) -> Result<Wa
         }
         return Ok(Way { solver: SolverKind::Direct, guess, choice: None, chosen: None });
     }
-    let mut choice = auto::choose(&scene.model, step, asked);
+    let mut choice = auto::choose(&scene.model, step, asked_solver);
     choice.why_solver = why_cg.or(choice.why_solver);
     let solver = choice.solver;
     let Some(guess) = args.guess else {
@@ -56,7 +64,11 @@ pub(crate) fn way(args: &RunArgs, scene: &Scene, step: &StepParams) -> Result<Wa
     if guess.helps_solves() && !matches!(solver, SolverKind::Cg(_)) {
         bail!("--guess {guess} needs --solver cg, but the solver is {solver}, which has no use for a start");
     }
-    Ok(Way { solver, guess, choice: None, chosen: choice.reason_of_solver() })
+    let is_left_open = asked.is_none() && step.formulation != Formulation::default();
+    let learned = is_left_open.then(|| format!("formulation {}: {guess} has learned from its steps", step.formulation));
+    let reasons: Vec<_> = learned.into_iter().chain(choice.reason_of_solver()).collect();
+    let chosen = (!reasons.is_empty()).then(|| reasons.join("; "));
+    Ok(Way { solver, guess, choice: None, chosen })
 }
 
 /// The solver that the arguments ask for. Flags that conjugate gradients alone can use ask for these where the solver is

@@ -12,7 +12,6 @@ use rod::{Model, State};
 use scene::Scene;
 use solver::auto::Choice;
 use solver::component::Members;
-use solver::formulation::Formulation;
 use solver::guess::GuessKind;
 use solver::integrator::Integrator;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
@@ -61,12 +60,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let Begun { mut scene, snapshot: from, .. } = begun;
     let rods = rods::named(&scene, args)?;
     use_threads(scene_args)?;
-    let mut settings = settings(scene_args);
-    if scene_args.formulation.is_none() && args.guess.is_some_and(|guess| guess.is_learned() && guess.helps_solves()) {
-        // That of the steps it has learned from.
-        settings.step.formulation = Formulation::Xpbd;
-    }
-    let Way { solver, guess: name, choice, chosen } = way(args, &scene, &settings.step)?;
+    let mut settings = settings(scene_args, args.guess);
+    let Way { solver, guess: name, choice, chosen } = way((scene_args.formulation, args), &scene, &settings.step)?;
     settings.solver = solver;
     let quiet = scene_args.quiet || scene_args.json;
     let training = Training::for_scene(&args.learned, args.guess.as_slice(), args.scenario, &scene, quiet)?;

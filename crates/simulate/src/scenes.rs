@@ -3,13 +3,16 @@
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Error, Result, anyhow, bail};
+use catalogue::GuessName;
 use export::TrajectoryReader;
 use rod::{Body, Model, Pose};
 use scene::{Origin, Scene, SceneText};
 use solver::simulation::{Overlap, Overlapped, Settings};
 use solver::snapshot::Snapshot;
 use solver::statics::{StaticParams, equilibrium};
+use solver::step::StepParams;
 
+use crate::choice::formulation;
 use crate::chosen::chosen;
 use crate::cli::{BeginArgs, SceneArgs};
 use crate::files::TRAJECTORY;
@@ -160,14 +163,15 @@ pub(crate) fn overlapping(scene: &Scene, args: &SceneArgs, overlap: &Overlap) ->
     anyhow!("{file}{line}: {what} at the start{more}; move them apart, or allow it (`contact.allow_overlap`)")
 }
 
-/// Settings with the formulation and the tolerances of the arguments; the absolute one goes down with the relative one.
-pub(crate) fn settings(args: &SceneArgs) -> Settings {
-    let mut settings = Settings::default();
-    settings.step.formulation = args.formulation.unwrap_or_default();
+/// Settings with the formulation and the tolerances of the arguments, with such a start; the absolute tolerance goes down with the relative one.
+pub(crate) fn settings(args: &SceneArgs, guess: Option<GuessName>) -> Settings {
+    let mut settings = Settings { step: StepParams::of(formulation(args.formulation, guess)), ..Settings::default() };
+    if let Some(tolerance) = args.tolerance {
+        settings.step.relative_tolerance = tolerance;
+        settings.step.absolute_tolerance = settings.step.absolute_tolerance.min(1e-3 * tolerance);
+    }
     settings.step.tangent = args.tangent;
     settings.step.integrator = args.integrator;
-    settings.step.relative_tolerance = args.tolerance;
-    settings.step.absolute_tolerance = settings.step.absolute_tolerance.min(1e-3 * args.tolerance);
     settings.step.contact_tolerance = args.contact_tolerance;
     settings.step.contact_projection = args.contacts;
     settings

@@ -39,13 +39,18 @@ impl<T: Real> Attempt<T> {
     /// state.
     pub(crate) fn take(&mut self, residuals: Residuals<T>, correction: T, active: T) {
         self.residuals = residuals;
-        let worst = residuals.worst();
         for lane in (0..T::LANES).filter(|&lane| active.lane(lane) >= 0.0) {
             let [now, before] = [correction, self.correction].map(|x| x.lane(lane));
-            let error = if now == f64::INFINITY { worst.lane(lane) } else { remaining(now, before) };
-            self.error.set_lane(lane, error);
+            self.judge(lane, now, convergence_rate(now, before));
             self.correction.set_lane(lane, now);
         }
+    }
+
+    /// Judges a lane by its last correction, where each is this share of the one before; by its residual where no correction is known.
+    pub(crate) fn judge(&mut self, lane: usize, correction: f64, rate: f64) {
+        let is_known = correction != f64::INFINITY;
+        let error = if is_known { remaining(correction, rate) } else { self.residuals.worst().lane(lane) };
+        self.error.set_lane(lane, error);
     }
 
     /// How a lane ended.
@@ -99,15 +104,21 @@ pub fn attempt<T: Real>(
     attempt
 }
 
-/// How far a state is at most from the solution that an iteration corrected by `now`, and the one before it by `before`: where each
-/// correction is a share rho of the one before, those to come sum up to rho / (1 - rho) of the last (Hairer and Wanner 1996, IV.8). The share
-/// counts as a half at least: what is measured early is that of the parts that converge fast.
-pub(crate) fn remaining(now: f64, before: f64) -> f64 {
-    let share = (now / before).max(0.5);
-    match () {
-        () if now == 0.0 => 0.0,
-        () if share < 1.0 => now * share / (1.0 - share),
-        () => f64::INFINITY,
+/// The share of a correction that the next one leaves, from the last two. It counts as a half at least: what is measured early is that of
+/// the parts that converge fast.
+pub(crate) fn convergence_rate(now: f64, before: f64) -> f64 {
+    if now.is_finite() { (now / before).max(0.5) } else { 0.5 }
+}
+
+/// How far a state is from the solution after a correction, where each is a share `rate` of the one before: those to come sum up to
+/// rate / (1 - rate) of the last (Hairer and Wanner 1996, IV.8).
+pub(crate) fn remaining(correction: f64, rate: f64) -> f64 {
+    if correction == 0.0 {
+        0.0
+    } else if rate < 1.0 {
+        correction * rate / (1.0 - rate)
+    } else {
+        f64::INFINITY
     }
 }
 
@@ -128,9 +139,7 @@ pub(crate) fn begin<T: Real>(
     let formulation = params.formulation;
     let mut watch = Stopwatch::start();
     predict(component, interval, formulation, &mut watch, counters);
-    let StepParams { relative_tolerance, absolute_tolerance, contact_tolerance, .. } = *params;
-    let tolerance =
-        if component.pushed.is_empty() { relative_tolerance.max(absolute_tolerance) } else { contact_tolerance };
+    let tolerance = params.motion_tolerance(!component.pushed.is_empty());
     if formulation.momentum() {
         component.begin_measure(tolerance);
     }
@@ -305,12 +314,12 @@ mod tests {
 
     #[test]
     fn what_remains_is_the_sum_of_a_geometric_series() {
-        let found =
-            [(0.5, f64::INFINITY), (0.1, 0.2), (0.1, 1.0), (0.0, 0.0)].map(|(now, before)| remaining(now, before));
+        let found = [(0.5, f64::INFINITY), (0.1, 0.2), (0.1, 1.0), (0.0, 0.0)]
+            .map(|(now, before)| remaining(now, convergence_rate(now, before)));
         assert_eq!(found, [0.5, 0.1, 0.1, 0.0]);
-        assert!((remaining(0.3, 0.4) - 0.9).abs() < 1e-15);
+        assert!((remaining(0.3, convergence_rate(0.3, 0.4)) - 0.9).abs() < 1e-15);
         for (now, before) in [(0.2, 0.2), (0.3, 0.2), (0.1, 0.0)] {
-            assert_eq!(remaining(now, before), f64::INFINITY);
+            assert_eq!(remaining(now, convergence_rate(now, before)), f64::INFINITY);
         }
     }
 }

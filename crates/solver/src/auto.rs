@@ -28,9 +28,6 @@ use crate::linear::solvers::SolverKind;
 use crate::step::StepParams;
 use crate::topology::Topology;
 
-/// Relative tolerance from which on steps with contacts between segments start at the prediction.
-const LOOSE: f64 = 1e-2;
-
 /// What was chosen, and why.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
@@ -89,10 +86,6 @@ pub fn choose(model: &Model, step: &StepParams, asked: Option<SolverKind>) -> Ch
     let (guess, why_guess) = match (step.formulation.momentum(), alone) {
         (false, _) => (GuessKind::Zero, format!("formulation {} never corrects the start of a step", step.formulation)),
         (true, 0) => (GuessKind::Zero, "alike sets move in lanes, where none has a start of its own".to_owned()),
-        (true, _) if model.contacts.between_segments.is_some() && step.relative_tolerance >= LOOSE => (
-            GuessKind::Zero,
-            format!("where segments can touch each other, tolerances from {LOOSE} on take the prediction"),
-        ),
         (true, _) => (
             GuessKind::StepAdaptive,
             "it goes on from the last steps or takes the prediction, by the iterations that these took".to_owned(),

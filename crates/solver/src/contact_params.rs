@@ -75,6 +75,9 @@ pub struct ContactParams {
     /// Residual of the rods' own constraints that is always good enough in a model with contacts, relative to the contact
     /// tolerance. Larger: fewer iterations, and joints less exact.
     pub rods_share: f64,
+    /// In a formulation with momentum residual, how far a surface may be off when a step ends, relative to the contact tolerance.
+    /// Larger: fewer iterations, and forces less exact.
+    pub motion: f64,
     /// A step is given up where its error is so many times the least so far. Smaller: steps are halved sooner.
     pub lost: f64,
     /// Outer iterations after which a step's error must have been below [`ContactParams::astray`], else it is halved. Smaller:
@@ -124,7 +127,7 @@ impl ContactParams {
         most_sweeps: 100,
         sharper: 0.3,
         share_left: 3e-3,
-        momentum_sharper: 0.01,
+        momentum_sharper: 0.1,
         sweeps_before_newton: 4,
         unknowns_a_sweep: 8,
         newton_unknowns: 200,
@@ -137,6 +140,7 @@ impl ContactParams {
         newton_damping_rise: 30.0,
         most_blocks: 8_000_000,
         rods_share: 0.01,
+        motion: 10.0,
         lost: 1e4,
         astray_after: 4,
         astray: 0.3,
@@ -162,6 +166,7 @@ impl ContactParams {
             ("release_speed", self.release_speed),
             ("newton_damping_least", self.newton_damping_least),
             ("rods_share", self.rods_share),
+            ("motion", self.motion),
             ("astray", self.astray),
         ];
         for (name, value) in positive {

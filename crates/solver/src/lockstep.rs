@@ -17,6 +17,7 @@ use crate::contact::{ContactForce, Islands, PairFilter, Sets, Shape, Shared, Sta
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::kernel::Spatial;
+use crate::kernel::math::Sym3;
 use crate::limits::PARALLEL_SEGMENTS;
 use crate::linear::solvers::{SolverError, SolverKind};
 use crate::snapshot::Tape;
@@ -74,6 +75,7 @@ impl Lockstep {
             let bodies = set.component.poses.len();
             set.component.pushes = vec![Spatial::zero(); bodies];
             set.component.pushed = vec![Spatial::zero(); bodies];
+            set.component.contact_stiffness = vec![Sym3::zero(); bodies];
         }
         share_ends(model, &mut shapes);
         let shared = Shared::new(model, shapes, filter, params);

@@ -27,7 +27,8 @@ pub struct StepParams {
     pub absolute_tolerance: f64,
     /// Error of a contact that is good enough: penetration, or slip where it should stick, relative to the smaller radius.
     ///
-    /// With a momentum residual, where bodies can touch, it takes the place of the two above for all bodies: as a share of the radius.
+    /// With a momentum residual, where bodies can touch, [`ContactParams::motion`] times this takes the place of the two above, as a share of
+    /// the radius.
     pub contact_tolerance: f64,
     /// How contacts are projected.
     pub contact_projection: ContactProjection,
@@ -46,7 +47,7 @@ impl StepParams {
         formulation: Formulation::Newton,
         tangent: Tangent::Positive,
         integrator: Integrator::Euler,
-        relative_tolerance: 1e-6,
+        relative_tolerance: Formulation::Newton.tolerance(),
         absolute_tolerance: 1e-9,
         contact_tolerance: 1e-3,
         contact_projection: ContactProjection::Coupled,
@@ -54,6 +55,11 @@ impl StepParams {
         max_iterations: 30,
         max_halvings: 6,
     };
+
+    /// Those of a formulation.
+    pub const fn of(formulation: Formulation) -> Self {
+        Self { formulation, relative_tolerance: formulation.tolerance(), ..Self::DEFAULT }
+    }
 }
 
 /// A parameter of steps that is not allowed.
@@ -72,6 +78,15 @@ pub struct StepParamsError {
 const MOST_HALVINGS: u32 = 30;
 
 impl StepParams {
+    /// By how much the surface of a body may still be off when a step of formulation `newton` ends: as a share of its radius where bodies
+    /// can `touch`, of its length elsewhere; and no more than gravity moves in a step.
+    pub fn motion_tolerance(&self, touch: bool) -> f64 {
+        match touch {
+            true => self.contact.motion * self.contact_tolerance,
+            false => self.relative_tolerance.max(self.absolute_tolerance),
+        }
+    }
+
     /// Whether iterations may take the exact tangent, where contacts and loops allow it.
     pub(crate) fn may_be_exact(&self) -> bool {
         self.formulation.momentum() && self.tangent != Tangent::Positive

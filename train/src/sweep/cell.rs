@@ -17,6 +17,7 @@ use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
 use solver::linear::precondition::PreconditionerKind;
 use solver::simulation::{GuessFactory, Settings};
+use solver::step::StepParams;
 use solver::topology::Topology;
 
 use crate::course::Course;
@@ -86,7 +87,7 @@ fn measure(
     let is_free = !are_planar || encoding.features == Features::Paper;
     // The paper's formulation, and the data sets'.
     let mut settings = Settings::default();
-    settings.step.formulation = Formulation::Xpbd;
+    settings.step = StepParams::of(Formulation::Xpbd);
     let is_on = || !stopped.load(Ordering::Relaxed);
     let mut measured = Vec::new();
     for (Scene { model, state, run, .. }, plane) in scenes.iter().zip(planes) {

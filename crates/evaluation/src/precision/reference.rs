@@ -66,7 +66,7 @@ impl Problem {
     ) -> Result<Option<Self>, SimulationError> {
         let mut exact = Vec::with_capacity(formulations.len());
         for &formulation in formulations {
-            let settings = exact_settings(&StepParams { formulation, ..StepParams::default() });
+            let settings = exact_settings(&StepParams::of(formulation));
             let (course, how) = ((scene.run.dt, steps, 1), (&settings, GuessKind::Zero));
             let reference = Reference::of_all_steps(&scene, course, how, |state| state.positions.clone(), &mut go_on)?;
             let Some(reference) = reference else { return Ok(None) };

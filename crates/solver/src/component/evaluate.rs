@@ -56,7 +56,10 @@ impl<T: Real> Component<T> {
             terms.axis = axis;
             terms.inverse_mass = constants.inverse_mass;
             terms.inverse_inertia = if geometric {
-                let inertia = constants.world_inertia(axis) + geometric_stiffness(self.pulls[i], axis);
+                let mut inertia = constants.world_inertia(axis) + geometric_stiffness(self.pulls[i], axis);
+                if let Some(&of_contacts) = self.contact_stiffness.get(i) {
+                    inertia += of_contacts;
+                }
                 inertia.inverse() * constants.free
             } else {
                 let (across, along) = (constants.free / constants.transverse, constants.free / constants.axial);

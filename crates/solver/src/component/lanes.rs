@@ -60,6 +60,7 @@ impl<T: Real> Component<T> {
             held: self.held.iter().map(|held| pick(*held, lane)).collect(),
             pushes: Vec::new(),
             pushed: Vec::new(),
+            contact_stiffness: Vec::new(),
             given: self.given.iter().map(|given| given.lane(lane)).collect(),
             has_given: self.has_given,
             moved: self.moved.iter().filter(|moved| moved.lane == lane).map(|moved| moved.alone()).collect(),

@@ -46,7 +46,7 @@ use rod::{Model, State};
 
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::kernel::math::{Quat, Vec3};
+use crate::kernel::math::{Quat, Sym3, Vec3};
 use crate::system::System;
 use crate::topology::Topology;
 
@@ -120,6 +120,8 @@ pub struct Component<T> {
     pub(crate) pushes: Vec<Spatial<T>>,
     /// Per body: those that all updates of this step have added, with the current arms; empty like `pushes`.
     pub(crate) pushed: Vec<Spatial<T>>,
+    /// Per body: geometric stiffness of the contacts that press, times dt^2 [N m s^2]; empty like `pushes`.
+    pub(crate) contact_stiffness: Vec<Sym3<T>>,
     /// Largest unit of the measure of error [m], a lane each.
     longest_unit: T,
     /// Largest way of a surface in the last update \[units of the measure\], a lane each; infinite where it is not known.
@@ -205,6 +207,7 @@ impl<T: Real> Component<T> {
             held: vec![Vec3::zero(); bodies],
             pushes: Vec::new(),
             pushed: Vec::new(),
+            contact_stiffness: Vec::new(),
             given: vec![T::splat(-1.0); bodies],
             has_given: false,
             moved: Vec::new(),

@@ -45,6 +45,7 @@ impl<T: Real> Component<T> {
             pulls_hold: _,
             pushes: _,
             pushed: _,
+            contact_stiffness: _,
             longest_unit: _,
             correction: _,
             unsolved: _,

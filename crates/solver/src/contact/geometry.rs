@@ -11,6 +11,7 @@ use super::key::{Feature, Key, Partner, key, words};
 use super::obstacles::Placed;
 use super::parts::Carrier;
 use super::sets::Sets;
+use super::stiffness::tilt_arms;
 use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
@@ -117,6 +118,8 @@ pub(crate) struct Contact {
     pub(crate) steady: f64,
     /// By how much other places are nearer \[m\].
     pub(crate) nearer: f64,
+    /// What its force is multiplied by to be the stiffness against a tilt of each axis: see `stiffness.rs` \[m\].
+    pub(super) tilt_arms: [f64; 2],
     /// Whether another contact holds the same places apart.
     pub(crate) doubled: bool,
     /// Whether a deeper contact with the same mesh is solved for first.
@@ -225,6 +228,7 @@ impl Contact {
             places: [0.5; 2],
             steady: 0.0,
             nearer: 0.0,
+            tilt_arms: [0.0; 2],
             doubled: false,
             waits: false,
         }
@@ -363,6 +367,13 @@ impl Contact {
                 normal = between * (1.0 / size);
             }
         }
+        let within = self.places.map(|place| place > 0.0 && place < 1.0);
+        let moves = match feature {
+            Feature::Own(_) => [false, within[1]],
+            Feature::Partners(_) => [within[0], false],
+            _ => within,
+        };
+        self.tilt_arms = tilt_arms([own.ends, other.ends], moves, distance);
         self.meet(own, other, [a, b], normal);
         if has_crossed {
             self.gap = self.gap.min(-distance - reach);

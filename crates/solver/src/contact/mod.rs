@@ -30,6 +30,7 @@ mod shared;
 mod shared_ends;
 mod solids;
 mod stage;
+mod stiffness;
 #[cfg(test)]
 mod testing;
 mod twins;

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use crate::attempt::{
-    TangentChoice, begin, count_iteration, count_solve, count_step, evaluate, finish, may_go_on, remaining, solve,
-    update,
+    TangentChoice, begin, convergence_rate, count_iteration, count_solve, count_step, evaluate, finish, may_go_on,
+    solve, update,
 };
 use crate::component::Members;
 use crate::connected_set::{ConnectedSet, Projector};
@@ -13,6 +13,7 @@ use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::formulation::{ContactProjection, Formulation};
 use crate::kernel::Spatial;
+use crate::kernel::math::Sym3;
 use crate::limits::shares_piece;
 use crate::linear::LinearInfo;
 use crate::lockstep::Pace;
@@ -262,11 +263,9 @@ impl Island<'_> {
     fn judge(&mut self, before: f64) -> f64 {
         let of = |set: &ConnectedSet| set.component.correction / set.attempt.target;
         let now = self.sets.iter().map(of).fold(0.0, max_or_nan);
-        let times = if now > 0.0 && now.is_finite() { remaining(now, before) / now } else { 1.0 };
+        let rate = convergence_rate(now, before);
         for set in self.sets.iter_mut() {
-            let own = set.component.correction;
-            let way = if own > 0.0 { own * times } else { own };
-            set.attempt.error = if own == f64::INFINITY { set.attempt.residuals.worst() } else { way };
+            set.attempt.judge(0, set.component.correction, rate);
         }
         now
     }
@@ -359,6 +358,7 @@ pub(super) fn begin_set(
 ) {
     set.component.hold_back(held_back);
     set.component.pushed.fill(Spatial::zero());
+    set.component.contact_stiffness.fill(Sym3::zero());
     let ConnectedSet { component, projector, counters, .. } = set;
     set.attempt = match projector {
         Projector::Solve { guess: Some(guess), .. } if guessing => begin(component, interval, params, guess, counters),

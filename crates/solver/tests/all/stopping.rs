@@ -36,13 +36,14 @@ fn off((model, state): &(Model, State), settings: &Settings, finer: f64, steps: 
     let build = |m: &Model, s: &Members, t: &Topology| GuessKind::StepAdaptive.build(m, s, t);
     let mut fine = *settings;
     fine.step.relative_tolerance /= finer;
-    fine.step.contact_tolerance /= finer;
+    // Gaps a tenth of that: friction is solved as exactly as sweeps can.
+    fine.step.contact_tolerance /= 0.1 * finer;
+    fine.step.contact.motion *= 0.1;
     fine.step.max_iterations *= 4;
     let [mut one, mut other] =
         [settings, &fine].map(|settings| Simulation::new(model, state, settings, Some(&build)).unwrap());
     let [mut a, mut b] = [state.clone(), state.clone()];
-    let tolerance =
-        if model.contacts.is_empty() { settings.step.relative_tolerance } else { settings.step.contact_tolerance };
+    let tolerance = settings.step.motion_tolerance(!model.contacts.is_empty());
     let (mut most, mut compared) = (0.0_f64, 0);
     for step in 0..steps {
         other.restore(&one.snapshot()).unwrap();

@@ -9,7 +9,7 @@ use super::{Stage, push};
 use crate::counters::Counters;
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
-use crate::kernel::math::Vec3;
+use crate::kernel::math::{Sym3, Vec3};
 
 impl Stage {
     /// Evaluates the contacts at the new poses; returns the largest error, where one of `tolerance` is good enough: relative to
@@ -96,13 +96,15 @@ impl Stage {
         worst
     }
 
-    /// Sums the impulses of the step in the components' `pushed`, with the current arms.
+    /// Sums the impulses of the step in the components' `pushed`, with the current arms, and the stiffness of contacts.
     fn press(&self, shared: &Shared, components: &mut Sets<'_>) {
         for component in components.iter_mut() {
             component.component.pushed.fill(Spatial::zero());
+            component.component.contact_stiffness.fill(Sym3::zero());
         }
         let shapes = shared.detector.shapes();
         for contact in self.contacts.iter().filter(|contact| contact.impulse != Vec3::zero()) {
+            contact.stiffen(shapes, components);
             push(contact, shapes, components, contact.impulse, |component| &mut component.pushed);
         }
     }
