@@ -21,11 +21,23 @@ pub struct Method {
     pub solver: SolverKind,
 }
 
+/// Relative tolerance of a step.
+const TOLERANCE: f64 = 1e-6;
+
 impl Method {
-    /// All else as `simulate` has it by default.
+    /// To a tolerance that keeps laws sharp; all else as `simulate` has it by default.
     pub fn settings(&self) -> Settings {
         let Self { formulation, integrator, solver } = *self;
-        Settings { step: StepParams { integrator, tangent: Tangent::Auto, ..StepParams::of(formulation) }, solver }
+        Settings {
+            step: StepParams {
+                formulation,
+                integrator,
+                relative_tolerance: TOLERANCE,
+                tangent: Tangent::Auto,
+                ..StepParams::DEFAULT
+            },
+            solver,
+        }
     }
 }
 
@@ -33,7 +45,7 @@ impl Method {
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { formulation, integrator, solver } = self;
-        write!(f, "--formulation {formulation} --integrator {integrator} --solver {solver}")
+        write!(f, "--formulation {formulation} --integrator {integrator} --solver {solver} --tolerance {TOLERANCE:e}")
     }
 }
 
@@ -63,7 +75,9 @@ pub enum CaseError {
         source: std::io::Error,
     },
     /// Its first line does not say how it is solved.
-    #[error("{0}:1: the first line must be `# simulate THIS --formulation F --integrator I --solver S`")]
+    #[error(
+        "{0}:1: the first line must be `# simulate THIS --formulation F --integrator I --solver S`, with `--tolerance {TOLERANCE:e}` or without"
+    )]
     NoMethod(String),
 }
 
@@ -102,6 +116,7 @@ impl Method {
                 "--formulation" => method.formulation = value.parse().ok()?,
                 "--integrator" => method.integrator = value.parse().ok()?,
                 "--solver" => method.solver = value.parse().ok()?,
+                "--tolerance" if value.parse() == Ok(TOLERANCE) => {}
                 _ => return None,
             }
         }

@@ -86,8 +86,7 @@ fn measure(
     // Features in body frames have the plane's symmetry by themselves, where there is one.
     let is_free = !are_planar || encoding.features == Features::Paper;
     // The paper's formulation, and the data sets'.
-    let mut settings = Settings::default();
-    settings.step = StepParams::of(Formulation::Xpbd);
+    let settings = Settings { step: StepParams::of(Formulation::Xpbd), ..Settings::default() };
     let is_on = || !stopped.load(Ordering::Relaxed);
     let mut measured = Vec::new();
     for (Scene { model, state, run, .. }, plane) in scenes.iter().zip(planes) {
