@@ -113,7 +113,7 @@ pub fn run(model: &Model, state: &State, settings: &Settings, dt: f64, steps: us
 /// Settings with tolerances near rounding, so that only the discretisation is left to see.
 pub fn tight() -> Settings {
     let mut settings = Settings::default();
-    settings.step.relative_tolerance = 1e-9;
+    (settings.step.relative_tolerance, settings.step.motion_tolerance) = (1e-9, 1e-9);
     settings.step.absolute_tolerance = 1e-13;
     settings
 }

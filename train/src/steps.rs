@@ -31,6 +31,7 @@ pub(crate) const TOLERANCES: [f64; 2] = [1e-3, 1e-6];
 const TIGHT: StepParams = StepParams {
     formulation: Formulation::Newton,
     relative_tolerance: 1e-8,
+    motion_tolerance: 1e-8,
     absolute_tolerance: 1e-10,
     max_iterations: 60,
     max_halvings: 0,
@@ -81,7 +82,7 @@ impl Trajectory {
     pub(crate) fn simulation(&self, guess: GuessFactory<'_>) -> Result<Simulation, SimulationError> {
         let mut settings = Settings::default();
         settings.step.formulation = Formulation::Newton;
-        settings.step.relative_tolerance = self.tolerance;
+        (settings.step.relative_tolerance, settings.step.motion_tolerance) = (self.tolerance, self.tolerance);
         Simulation::new(&self.scene.model, &self.scene.state, &settings, Some(guess))
     }
 

@@ -353,11 +353,11 @@ impl Handle {
 
 /// How to step, with the names that are given.
 fn params([formulation, integrator]: [Option<&str>; 2]) -> Result<StepParams, Failure> {
-    let own = StepParams::DEFAULT;
+    let own = StepParams { tangent: Tangent::Auto, ..StepParams::default() };
     let wrong = |name: &str, expected: String| Failure::input(format!("{name:?}: {expected}"));
     let formulation = formulation.map_or(Ok(own.formulation), |name| name.parse().map_err(|e| wrong(name, e)))?;
     let integrator = integrator.map_or(Ok(own.integrator), |name| name.parse().map_err(|e| wrong(name, e)))?;
-    Ok(StepParams { integrator, tangent: Tangent::Auto, ..StepParams::of(formulation) })
+    Ok(StepParams { formulation, integrator, ..own })
 }
 
 fn numbers(pose: &Pose) -> [f64; 7] {

@@ -109,7 +109,7 @@ mod tests {
     fn it_is_for_helices_like_those_of_its_training() {
         use solver::formulation::Formulation;
 
-        let step = |formulation| StepParams { tangent: Tangent::Positive, ..StepParams::of(formulation) };
+        let step = |formulation| StepParams { formulation, tangent: Tangent::Positive, ..StepParams::DEFAULT };
         let chosen = |name: &str, step: StepParams| learned_start(&scene::builtin(name).unwrap(), &step).is_some();
         let newton = step(Formulation::Newton);
         assert!(chosen("helix", newton));

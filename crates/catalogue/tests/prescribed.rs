@@ -66,7 +66,13 @@ fn check_in(row: &Row, (model, state): &(Model, State), plane: Option<Normal>) {
         let solver = if helps_steps { SolverKind::Direct } else { SolverKind::Cg(CgParams::default()) };
         // As it is, and in substeps.
         for (max_iterations, relative_tolerance) in [(step.max_iterations, step.relative_tolerance), (1, 1e-10)] {
-            let step = StepParams { max_iterations, relative_tolerance, max_halvings: 1, ..step };
+            let step = StepParams {
+                max_iterations,
+                relative_tolerance,
+                motion_tolerance: relative_tolerance,
+                max_halvings: 1,
+                ..step
+            };
             let build = row.factory(plane);
             let simulation = Simulation::new(model, state, &Settings { step, solver }, Some(&build)).unwrap();
             follow(simulation, state, &format!("{what}, {max_iterations} iterations"));

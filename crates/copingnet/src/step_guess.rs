@@ -13,7 +13,7 @@ use kernels::dispatch::vectorized;
 use kernels::math::Vec3;
 use solver::component::{BodyPose, Component};
 use solver::guess::InitialGuess;
-use solver::snapshot::Tape;
+use solver::snapshot::StateVisitor;
 
 use crate::encoding::{Encode, mask_outputs};
 use crate::guess::Prediction;
@@ -154,12 +154,12 @@ impl Tensions {
         }
     }
 
-    /// Shows a tape all that is known between steps.
-    fn tape(&mut self, tape: &mut Tape<'_>) {
-        self.kept.iter_mut().for_each(|kept| tape.list(kept, Tape::vector));
-        tape.count(&mut self.known);
-        tape.number(&mut self.dt);
-        tape.flag(&mut self.takes_continued);
+    /// Shows a visitor all that is known between steps.
+    fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        self.kept.iter_mut().for_each(|kept| visitor.list(kept, StateVisitor::vector));
+        visitor.count(&mut self.known);
+        visitor.number(&mut self.dt);
+        visitor.flag(&mut self.takes_continued);
     }
 
     /// Learns how a step ended.
@@ -236,8 +236,8 @@ impl InitialGuess for GnStepGuess {
         self.tensions.observe(component, is_whole);
     }
 
-    fn tape(&mut self, tape: &mut Tape<'_>) {
-        self.encoder.turns.tape(tape);
-        self.tensions.tape(tape);
+    fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        self.encoder.turns.visit_state(visitor);
+        self.tensions.visit_state(visitor);
     }
 }

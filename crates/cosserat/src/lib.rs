@@ -138,8 +138,8 @@ pub mod simulation {
 pub mod statics {
     pub use solver::modes::{Mode, Modes, modes, modes_telling};
     pub use solver::statics::branches::{Branch, BranchParams, Branches, branches};
+    pub use solver::statics::inverse_shape::{RestShapeError, rest_shape};
     pub use solver::statics::path::{PathEnd, PathEvent, PathEventKind, PathParams, PathPoint, PathReport, path};
-    pub use solver::statics::rest::{RestShapeError, rest_shape};
     pub use solver::statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
 }
 

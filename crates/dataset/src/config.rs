@@ -175,7 +175,7 @@ impl Config {
     /// The paper's set of a scenario: Table 1's for rods and helices; 20 runs of 100 frames for knots, to which we add ten
     /// for validation; 100 topologies for trees and ten for validation, 100 steps each, of which every fifth is kept.
     pub fn table_1(scenario: Scenario) -> Self {
-        let step = StepParams::of(Formulation::Xpbd);
+        let step = StepParams::default();
         let (train_trajectories, validation_trajectories, steps, record_every) = match scenario {
             Scenario::Rod | Scenario::Helix => (256, 100, scene::sampling::STEPS, 1),
             Scenario::Knot => (20, 10, KNOT_STEPS, 1),
@@ -246,11 +246,12 @@ impl Config {
     /// How a step is solved: the paper's formulation, to the tolerances.
     pub(crate) fn step(&self) -> StepParams {
         StepParams {
+            formulation: Formulation::Xpbd,
             relative_tolerance: self.relative_tolerance,
             absolute_tolerance: self.absolute_tolerance,
             max_iterations: self.max_iterations,
             max_halvings: self.max_halvings,
-            ..StepParams::of(Formulation::Xpbd)
+            ..StepParams::default()
         }
     }
 

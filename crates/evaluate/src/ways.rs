@@ -45,13 +45,13 @@ pub(crate) fn ways<'a>(scene: &Scene, guesses: &'a Guesses, size: Size) -> Vec<W
     let mut add = |name: String, kind, formulation, solver, start| {
         // Where conjugate gradients do not converge, halved steps would take their time to show the same.
         let max_halvings = if matches!(solver, SolverKind::Cg(_)) { 0 } else { StepParams::DEFAULT.max_halvings };
-        let step = StepParams { tangent: Tangent::Auto, max_halvings, ..StepParams::of(formulation) };
+        let step = StepParams { formulation, tangent: Tangent::Auto, max_halvings, ..StepParams::DEFAULT };
         ways.push(Way { name, kind, settings: Settings { step, solver }, start });
     };
     for formulation in Formulation::ALL {
         let direct = format!("{formulation}, direct");
         add(direct, kinds::DIRECT, formulation, SolverKind::Direct, Start::Plain(GuessKind::Zero));
-        let step = StepParams { tangent: Tangent::Auto, ..StepParams::of(formulation) };
+        let step = StepParams { formulation, tangent: Tangent::Auto, ..StepParams::DEFAULT };
         let solver = auto::choose(&scene.model, &step, None).solver;
         let chosen = learned_start(scene, &step);
         let chosen = chosen.and_then(|(name, _)| rows.iter().find(|row| row.guess_name == name));

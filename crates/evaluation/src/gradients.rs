@@ -78,7 +78,8 @@ const TOLERANCE: f64 = 1e-10;
 fn once(Scene { model, state, run, .. }: &Scene, steps: usize) -> Result<Costs, DerivativeError> {
     let step = StepParams { formulation: Formulation::Newton, tangent: Tangent::Exact, ..StepParams::DEFAULT };
     let settings = Settings { step, solver: SolverKind::Direct };
-    let tight = StepParams { relative_tolerance: TOLERANCE, absolute_tolerance: 1e-12, ..step };
+    let tight =
+        StepParams { relative_tolerance: TOLERANCE, motion_tolerance: TOLERANCE, absolute_tolerance: 1e-12, ..step };
     let run_ms = timed(|| {
         let mut simulation = Simulation::new(model, state, &Settings { step: tight, ..settings }, None)?;
         (0..steps).try_for_each(|_| simulation.step(run.dt).map(|_| ()))?;

@@ -99,6 +99,7 @@ fn left(model: &Model, state: &State, settings: &Settings, dt: f64, steps: usize
         // A cap on the iterations, and nothing else that ends them.
         let step = StepParams {
             relative_tolerance: 0.0,
+            motion_tolerance: 0.0,
             absolute_tolerance: 0.0,
             max_halvings: 0,
             max_iterations,

@@ -9,7 +9,7 @@
 use kernels::dispatch::vectorized;
 use kernels::math::Vec3;
 use solver::component::Component;
-use solver::snapshot::Tape;
+use solver::snapshot::StateVisitor;
 
 use crate::{Channel, Graph, put};
 
@@ -77,11 +77,11 @@ impl Turns {
         self.known = 0;
     }
 
-    /// Shows a tape all that is known, for a guess that is asked to.
-    pub fn tape(&mut self, tape: &mut Tape<'_>) {
-        self.kept.iter_mut().for_each(|kept| tape.list(kept, Tape::vector));
-        tape.count(&mut self.known);
-        tape.number(&mut self.dt);
+    /// Shows a visitor all that is known, for a guess that is asked to.
+    pub fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        self.kept.iter_mut().for_each(|kept| visitor.list(kept, StateVisitor::vector));
+        visitor.count(&mut self.known);
+        visitor.number(&mut self.dt);
     }
 
     /// Continues the turns by a step of `dt` [s]. What is known of other time steps is forgotten.

@@ -34,6 +34,7 @@ pub fn step_params() -> StepParams {
         integrator: Integrator::Bdf2,
         tangent: Tangent::Positive,
         relative_tolerance: 1e-4,
+        motion_tolerance: 1e-4,
         absolute_tolerance: 1e-6,
         ..StepParams::DEFAULT
     }

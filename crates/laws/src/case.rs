@@ -33,6 +33,7 @@ impl Method {
                 formulation,
                 integrator,
                 relative_tolerance: TOLERANCE,
+                motion_tolerance: TOLERANCE,
                 tangent: Tangent::Auto,
                 ..StepParams::DEFAULT
             },

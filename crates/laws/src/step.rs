@@ -48,14 +48,15 @@ impl Step<'_> {
     /// Residual of joints that counts as solved: in segment lengths and radians. A prediction that is less far off asks for less.
     pub(crate) fn tolerance(&self) -> f64 {
         let StepParams { relative_tolerance, contact_tolerance, contact, .. } = self.method.settings().step;
-        let of_contacts = if self.model.contacts.is_empty() { 0.0 } else { contact.rods_share * contact_tolerance };
+        let of_contacts =
+            if self.model.contacts.is_empty() { 0.0 } else { contact.joint_tolerance * contact_tolerance };
         of_contacts.max(relative_tolerance)
     }
 
     /// How far the surface of a segment may be from where it would end in formulation `newton` [m].
     pub(crate) fn way(&self, i: usize) -> f64 {
         let (segment, touch) = (&self.model.segments[i], !self.model.contacts.is_empty());
-        self.method.settings().step.motion_tolerance(touch) * if touch { segment.radius } else { segment.length }
+        self.method.settings().step.allowed_motion(touch) * if touch { segment.radius } else { segment.length }
     }
 
     pub(crate) fn is_euler(&self) -> bool {

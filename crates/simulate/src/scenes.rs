@@ -10,7 +10,6 @@ use scene::{Origin, Scene, SceneText};
 use solver::simulation::{Overlap, Overlapped, Settings};
 use solver::snapshot::Snapshot;
 use solver::statics::{StaticParams, equilibrium};
-use solver::step::StepParams;
 
 use crate::choice::formulation;
 use crate::chosen::chosen;
@@ -165,9 +164,10 @@ pub(crate) fn overlapping(scene: &Scene, args: &SceneArgs, overlap: &Overlap) ->
 
 /// Settings with the formulation and the tolerances of the arguments, with such a start; the absolute tolerance goes down with the relative one.
 pub(crate) fn settings(args: &SceneArgs, guess: Option<GuessName>) -> Settings {
-    let mut settings = Settings { step: StepParams::of(formulation(args.formulation, guess)), ..Settings::default() };
+    let mut settings = Settings::default();
+    settings.step.formulation = formulation(args.formulation, guess);
     if let Some(tolerance) = args.tolerance {
-        settings.step.relative_tolerance = tolerance;
+        (settings.step.relative_tolerance, settings.step.motion_tolerance) = (tolerance, tolerance);
         settings.step.absolute_tolerance = settings.step.absolute_tolerance.min(1e-3 * tolerance);
     }
     settings.step.tangent = args.tangent;

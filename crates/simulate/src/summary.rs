@@ -202,7 +202,10 @@ impl Summary {
             network: start.network.clone(),
             end_to_end: start.end_to_end,
             planar: start.planar,
-            tolerance: settings.step.relative_tolerance,
+            tolerance: match settings.step.formulation.momentum() {
+                true => settings.step.motion_tolerance,
+                false => settings.step.relative_tolerance,
+            },
             contact_tolerance: settings.step.contact_tolerance,
             begin_s: Some(start.time).filter(|time| *time > 0.0),
             dt_s: scene.run.dt,

@@ -139,7 +139,7 @@ pub(crate) fn begin<T: Real>(
     let formulation = params.formulation;
     let mut watch = Stopwatch::start();
     predict(component, interval, formulation, &mut watch, counters);
-    let tolerance = params.motion_tolerance(!component.pushed.is_empty());
+    let tolerance = params.allowed_motion(!component.pushed.is_empty());
     if formulation.momentum() {
         component.begin_measure(tolerance);
     }

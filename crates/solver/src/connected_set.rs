@@ -6,22 +6,22 @@ use rod::{Body, Pose, State};
 
 use crate::attempt::{Attempt, Exact, TangentChoice, attempt, attempt_exactly, count_step, finish};
 use crate::component::{Change, Component, Members, Residuals};
-use crate::contact::Ways;
+use crate::contact::MotionBounds;
+use crate::contact_world::SubstepController;
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::guess::InitialGuess;
 use crate::kernel::Spatial;
 use crate::limits::APART;
 use crate::linear::LinearSolver;
-use crate::linear::response::Response;
+use crate::linear::articulated::Side;
+use crate::linear::compliance::Compliance;
 use crate::linear::solvers::{SolverError, SolverKind};
-use crate::linear::transfers::Side;
-use crate::lockstep::Pace;
 use crate::projection::Predictor;
-use crate::retry::{self, Steps};
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 use crate::start::{NoGuess, Start, StepGuess};
 use crate::step::{Interval, Status, StepParams};
+use crate::step_control::{self, Steps};
 use crate::topology::Topology;
 
 /// What projects the constraints in an outer iteration (line 9 of Algorithm 1).
@@ -37,22 +37,22 @@ pub(crate) struct Touch {
     /// Number of the set in the model.
     pub(crate) number: u32,
     /// How its bodies answer impulses.
-    pub(crate) response: Response,
+    pub(crate) response: Compliance,
     /// Memory for the sides of contacts that push it.
     pub(crate) sides: Vec<Side>,
     /// Corrections of the rods' own solve.
     pub(crate) corrections: Vec<Spatial<f64>>,
     /// How far its bodies have moved, one entry a body.
-    pub(crate) ways: Vec<Ways>,
+    pub(crate) ways: Vec<MotionBounds>,
     /// Energy in its joints at the end of the last step [J]; not a number where it is not known.
     pub(crate) stored: f64,
     /// In how many parts the next step begins.
-    pub(crate) pace: Pace,
+    pub(crate) pace: SubstepController,
 }
 
 impl Touch {
     /// What contacts need of set `number`, before its first step.
-    pub(crate) fn new(number: u32, response: Response) -> Self {
+    pub(crate) fn new(number: u32, response: Compliance) -> Self {
         Self {
             number,
             response,
@@ -60,7 +60,7 @@ impl Touch {
             corrections: Vec::new(),
             ways: Vec::new(),
             stored: f64::NAN,
-            pace: Pace::default(),
+            pace: SubstepController::default(),
         }
     }
 }
@@ -79,10 +79,6 @@ pub(crate) struct ConnectedSet {
     pub(crate) attempt: Attempt<f64>,
     /// Whether contacts pushed it in the last outer iteration, so that it takes part in the next.
     pub(crate) takes_part: bool,
-    /// Whether the first linear solve of the step under way is done, and the corrections that come of it are kept.
-    pub(crate) is_ahead: bool,
-    /// Which sets it is alike with, where it may begin steps side by side with them.
-    pub(crate) kind: Option<u32>,
     /// How the last step ended.
     pub(crate) status: Status,
     /// What contacts need of it; `None` where nothing can touch.
@@ -105,8 +101,6 @@ impl ConnectedSet {
             counters: Counters::default(),
             attempt,
             takes_part: true,
-            is_ahead: false,
-            kind: None,
             status: Status::Converged,
             touch: None,
             substeps: None,
@@ -115,7 +109,7 @@ impl ConnectedSet {
 
     /// Advances over `interval`, on its own.
     pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
-        self.status = retry::advance(self, interval, 0, params);
+        self.status = step_control::advance(self, interval, 0, params);
         self.observe_step();
         self.status
     }
@@ -164,26 +158,26 @@ impl ConnectedSet {
         self.component.set_velocities(state, &self.members, 0, time);
     }
 
-    /// Shows a tape the component and what its guess and the choice of its tangent have learned; solvers and predictions have no memory.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
-        self.component.tape(tape);
+    /// Shows a visitor the component and what its guess and the choice of its tangent have learned; solvers and predictions have no memory.
+    pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        self.component.visit_state(visitor);
         if let Some(touch) = &mut self.touch {
             // Tells its snapshots from those without what follows.
-            tape.size(5);
-            tape.number(&mut touch.stored);
-            touch.pace.tape(tape);
+            visitor.size(5);
+            visitor.number(&mut touch.stored);
+            touch.pace.visit_state(visitor);
         }
-        tape.size(usize::from(self.tangents.is_some()));
+        visitor.size(usize::from(self.tangents.is_some()));
         if let Some(tangents) = &mut self.tangents {
-            tangents.tape(tape);
+            tangents.visit_state(visitor);
         }
         match &mut self.projector {
-            Projector::Solve { guess: None, .. } => tape.size(0),
+            Projector::Solve { guess: None, .. } => visitor.size(0),
             Projector::Solve { guess: Some(guess), .. } => {
-                tape.size(1);
-                guess.tape(tape);
+                visitor.size(1);
+                guess.visit_state(visitor);
             }
-            Projector::Predict(_) => tape.size(2),
+            Projector::Predict(_) => visitor.size(2),
         }
     }
 
@@ -217,7 +211,6 @@ impl ConnectedSet {
                 self.tangents = self.tangents.take().filter(|_| self.exact.is_some());
             }
             self.component.system.topology = Arc::new(topology);
-            self.kind = None;
         }
         self.component.change(0, own, change);
         Ok(true)

@@ -16,11 +16,11 @@ pub struct ContactParams {
     pub parallel: f64,
     /// Contacts whose gap is predicted to stay above this are left out of a solve \[radii\]. Larger: larger problems.
     /// Smaller: more iterations in which a contact turns up late.
-    pub near: f64,
+    pub active_gap: f64,
     /// Where the rods' own correction moves a segment that may touch further than this \[radii\], the first iteration of a
     /// step moves the rods alone, and contacts are looked at from there. Larger: contacts are solved where the bodies are
     /// not going to be. Smaller: an iteration more.
-    pub far: f64,
+    pub far_correction: f64,
     /// Outer iterations after which contacts keep their normals and their places on both bodies, so that nearest places which
     /// jump to and fro come to rest; where all is solved so, nearest places are looked at again. Larger: steps with jumping
     /// places take longer. Smaller: normals are those of earlier iterations.
@@ -29,22 +29,22 @@ pub struct ContactParams {
     /// In a formulation with momentum residual, by how much other places on axes that are nearly parallel must be nearer before a contact
     /// moves there, relative to the contact tolerance. Larger: fewer iterations, and gaps that are less by so much. Smaller: places
     /// jump along the axes from iteration to iteration, and the torques of the contact's force with them.
-    pub steady: f64,
+    pub place_hysteresis: f64,
     /// How exact the direction of sliding friction is, relative to the slip of the step. Larger: fewer iterations.
-    pub sliding: f64,
+    pub slip_direction_tolerance: f64,
     /// Speed at which bodies that overlap at the start, where [`rod::Contacts::allow_overlap`] allows it, are moved apart
     /// \[radii/s\]. Larger: the overlap is gone sooner. Smaller: less energy.
     pub release_speed: f64,
     /// Gauss-Seidel sweeps of a complementarity problem, at most. Smaller: problems that sweeps are slow at are left to the
     /// next outer iteration.
-    pub most_sweeps: usize,
+    pub max_sweeps: usize,
     /// Error at which the sweeps end, relative to the contact tolerance. Smaller: more sweeps and fewer outer iterations.
-    pub sharper: f64,
+    pub sweep_tolerance: f64,
     /// The same relative to the largest error before the solve, where that is more: the next linearisation leaves as much.
-    pub share_left: f64,
-    /// Takes the place of [`ContactParams::sharper`] in a formulation with momentum residual, which sees what the sweeps leave.
+    pub sweep_reduction: f64,
+    /// Takes the place of [`ContactParams::sweep_tolerance`] in a formulation with momentum residual, which sees what the sweeps leave.
     /// Smaller: more sweeps and fewer outer iterations.
-    pub momentum_sharper: f64,
+    pub momentum_sweep_tolerance: f64,
     /// Sweeps between two tries of Newton's method, at first; twice as many after each try that did not help, or half as many, but no
     /// fewer, where sweeps have halved their change since.
     pub sweeps_before_newton: usize,
@@ -52,53 +52,53 @@ pub struct ContactParams {
     /// iteration of Newton's method costs. Larger: sooner.
     pub unknowns_a_sweep: usize,
     /// Unknowns of Newton's method, at most; its cost grows with their cube, and beyond this sweeps alone are faster.
-    pub newton_unknowns: usize,
+    pub max_newton_unknowns: usize,
     /// Newton iterations in a row, at most.
-    pub newton_iterations: usize,
+    pub max_newton_iterations: usize,
     /// How often the line search halves a Newton step, counting the whole step.
-    pub newton_halvings: usize,
+    pub max_newton_halvings: usize,
     /// Least damping of Newton's matrix: compliance added to a contact's own, relative to it. It keeps the matrix regular
     /// where several contacts hold the same bodies at the same place, and steps short where they would leave the friction
     /// cones. It changes no solution.
-    pub newton_damping_least: f64,
+    pub min_newton_damping: f64,
     /// Damping at the start.
-    pub newton_damping_start: f64,
+    pub initial_newton_damping: f64,
     /// Damping above which the method gives up until the next try.
-    pub newton_damping_most: f64,
+    pub max_newton_damping: f64,
     /// What a full Newton step multiplies the damping by.
-    pub newton_damping_fall: f64,
+    pub newton_damping_decrease: f64,
     /// What a step that did not help multiplies the damping by.
-    pub newton_damping_rise: f64,
+    pub newton_damping_increase: f64,
     /// Blocks of 3 x 3 numbers in the contacts' matrix, at most: 72 bytes each. A step with more ends with a status of its
     /// own instead of taking all memory.
-    pub most_blocks: usize,
+    pub max_blocks: usize,
     /// Residual of the rods' own constraints that is always good enough in a model with contacts, relative to the contact
     /// tolerance. Larger: fewer iterations, and joints less exact.
-    pub rods_share: f64,
+    pub joint_tolerance: f64,
     /// In a formulation with momentum residual, how far a surface may be off when a step ends, relative to the contact tolerance.
     /// Larger: fewer iterations, and forces less exact.
-    pub motion: f64,
+    pub motion_tolerance: f64,
     /// A step is given up where its error is so many times the least so far. Smaller: steps are halved sooner.
-    pub lost: f64,
-    /// Outer iterations after which a step's error must have been below [`ContactParams::astray`], else it is halved. Smaller:
+    pub divergence_ratio: f64,
+    /// Outer iterations after which a step's error must have been below [`ContactParams::max_error`], else it is halved. Smaller:
     /// sooner, also steps that would find back.
-    pub astray_after: usize,
+    pub max_error_after: usize,
     /// Error of a step that goes astray \[radii\]: linearised contacts say nothing of bodies that far off. Larger: steps are
     /// halved later. Smaller: also steps that come to their end slowly.
-    pub astray: f64,
-    /// Outer iterations in which a step's least error must fall to [`ContactParams::slow`] of what it was before them, else it is
+    pub max_error: f64,
+    /// Outer iterations in which a step's least error must fall to [`ContactParams::stall_ratio`] of what it was before them, else it is
     /// halved. Smaller: sooner, also steps that come to their end slowly.
-    pub patience: usize,
-    /// What [`ContactParams::patience`] iterations may leave of the least error. Larger: steps are halved later.
-    pub slow: f64,
+    pub stall_window: usize,
+    /// What [`ContactParams::stall_window`] iterations may leave of the least error. Larger: steps are halved later.
+    pub stall_ratio: f64,
     /// A step after one that was done in parts begins in as many (in the power of two below that), but for half as many where these took
     /// no more than so many outer iterations on the mean, and no attempt was taken back in the last 1, 2, 4 or 8 steps: more of them where that went on. Larger: whole
     /// steps are tried sooner, some in vain. Smaller: small parts are kept longer than is needed.
-    pub easy: usize,
+    pub easy_iterations: usize,
     /// A step that is solved is halved all the same where bodies that contacts press win more energy than contacts' tolerance
     /// explains, by so much of their kinetic energy at its start: no more than gravity and loads do work there. Larger:
     /// energy may rise in impacts. Smaller: more steps are halved.
-    pub most_gain: f64,
+    pub max_energy_gain: f64,
 }
 
 /// A contact parameter outside of what is allowed.
@@ -118,36 +118,36 @@ impl ContactParams {
     pub const DEFAULT: Self = Self {
         search_room: 0.5,
         parallel: 0.03,
-        near: 0.1,
-        far: 1.0,
+        active_gap: 0.1,
+        far_correction: 1.0,
         settle_after: 6,
-        steady: 0.1,
-        sliding: 0.02,
+        place_hysteresis: 0.1,
+        slip_direction_tolerance: 0.02,
         release_speed: 5.0,
-        most_sweeps: 100,
-        sharper: 0.3,
-        share_left: 3e-3,
-        momentum_sharper: 0.1,
+        max_sweeps: 100,
+        sweep_tolerance: 0.3,
+        sweep_reduction: 3e-3,
+        momentum_sweep_tolerance: 0.1,
         sweeps_before_newton: 4,
         unknowns_a_sweep: 8,
-        newton_unknowns: 200,
-        newton_iterations: 12,
-        newton_halvings: 3,
-        newton_damping_least: 1e-6,
-        newton_damping_start: 1e-5,
-        newton_damping_most: 0.1,
-        newton_damping_fall: 0.1,
-        newton_damping_rise: 30.0,
-        most_blocks: 8_000_000,
-        rods_share: 0.01,
-        motion: 10.0,
-        lost: 1e4,
-        astray_after: 4,
-        astray: 0.3,
-        patience: 6,
-        slow: 0.7,
-        easy: 5,
-        most_gain: 0.02,
+        max_newton_unknowns: 200,
+        max_newton_iterations: 12,
+        max_newton_halvings: 3,
+        min_newton_damping: 1e-6,
+        initial_newton_damping: 1e-5,
+        max_newton_damping: 0.1,
+        newton_damping_decrease: 0.1,
+        newton_damping_increase: 30.0,
+        max_blocks: 8_000_000,
+        joint_tolerance: 0.01,
+        motion_tolerance: 10.0,
+        divergence_ratio: 1e4,
+        max_error_after: 4,
+        max_error: 0.3,
+        stall_window: 6,
+        stall_ratio: 0.7,
+        easy_iterations: 5,
+        max_energy_gain: 0.02,
     };
 
     /// Checks every number.
@@ -160,47 +160,49 @@ impl ContactParams {
         };
         let positive = [
             ("search_room", self.search_room),
-            ("near", self.near),
-            ("far", self.far),
-            ("sliding", self.sliding),
+            ("active_gap", self.active_gap),
+            ("far_correction", self.far_correction),
+            ("slip_direction_tolerance", self.slip_direction_tolerance),
             ("release_speed", self.release_speed),
-            ("newton_damping_least", self.newton_damping_least),
-            ("rods_share", self.rods_share),
-            ("motion", self.motion),
-            ("astray", self.astray),
+            ("min_newton_damping", self.min_newton_damping),
+            ("joint_tolerance", self.joint_tolerance),
+            ("motion_tolerance", self.motion_tolerance),
+            ("max_error", self.max_error),
         ];
         for (name, value) in positive {
             check(name, value, value > 0.0, "finite and > 0")?;
         }
         let shares = [
             ("parallel", self.parallel),
-            ("sharper", self.sharper),
-            ("share_left", self.share_left),
-            ("steady", self.steady),
-            ("momentum_sharper", self.momentum_sharper),
-            ("most_gain", self.most_gain),
-            ("slow", self.slow),
-            ("newton_damping_fall", self.newton_damping_fall),
+            ("sweep_tolerance", self.sweep_tolerance),
+            ("sweep_reduction", self.sweep_reduction),
+            ("place_hysteresis", self.place_hysteresis),
+            ("momentum_sweep_tolerance", self.momentum_sweep_tolerance),
+            ("max_energy_gain", self.max_energy_gain),
+            ("stall_ratio", self.stall_ratio),
+            ("newton_damping_decrease", self.newton_damping_decrease),
         ];
         for (name, value) in shares {
             check(name, value, value > 0.0 && value < 1.0, "> 0 and < 1")?;
         }
-        for (name, value) in [("newton_damping_rise", self.newton_damping_rise), ("lost", self.lost)] {
+        for (name, value) in
+            [("newton_damping_increase", self.newton_damping_increase), ("divergence_ratio", self.divergence_ratio)]
+        {
             check(name, value, value > 1.0, "finite and > 1")?;
         }
         let counts = [
-            ("most_sweeps", self.most_sweeps),
+            ("max_sweeps", self.max_sweeps),
             ("sweeps_before_newton", self.sweeps_before_newton),
             ("unknowns_a_sweep", self.unknowns_a_sweep),
-            ("patience", self.patience),
-            ("astray_after", self.astray_after),
+            ("stall_window", self.stall_window),
+            ("max_error_after", self.max_error_after),
         ];
         for (name, count) in counts {
             check(name, count as f64, count > 0, "1 or more")?;
         }
-        let [least, start, most] = [self.newton_damping_least, self.newton_damping_start, self.newton_damping_most];
-        check("newton_damping_start", start, least <= start, "finite and not below newton_damping_least")?;
-        check("newton_damping_most", most, start <= most, "finite and not below newton_damping_start")
+        let [least, start, most] = [self.min_newton_damping, self.initial_newton_damping, self.max_newton_damping];
+        check("initial_newton_damping", start, least <= start, "finite and not below min_newton_damping")?;
+        check("max_newton_damping", most, start <= most, "finite and not below initial_newton_damping")
     }
 }
 
@@ -220,23 +222,23 @@ mod tests {
         ContactParams::DEFAULT.validate().unwrap();
         let mistakes: [Change; 8] = [
             ("search_room", |p| p.search_room = 0.0),
-            ("near", |p| p.near = f64::NAN),
+            ("active_gap", |p| p.active_gap = f64::NAN),
             ("release_speed", |p| p.release_speed = f64::INFINITY),
             ("parallel", |p| p.parallel = 1.0),
-            ("lost", |p| p.lost = 0.5),
-            ("most_sweeps", |p| p.most_sweeps = 0),
-            ("newton_damping_start", |p| p.newton_damping_start = 1e-7),
-            ("newton_damping_most", |p| p.newton_damping_most = 1e-6),
+            ("divergence_ratio", |p| p.divergence_ratio = 0.5),
+            ("max_sweeps", |p| p.max_sweeps = 0),
+            ("initial_newton_damping", |p| p.initial_newton_damping = 1e-7),
+            ("max_newton_damping", |p| p.max_newton_damping = 1e-6),
         ];
         for (name, change) in mistakes {
             let mut params = ContactParams::DEFAULT;
             change(&mut params);
             assert_eq!(params.validate().unwrap_err().name, name);
         }
-        let zero = ContactParams { most_sweeps: 0, ..ContactParams::DEFAULT };
+        let zero = ContactParams { max_sweeps: 0, ..ContactParams::DEFAULT };
         assert_eq!(
             zero.validate().unwrap_err().to_string(),
-            "contact parameter most_sweeps = 0, but it must be 1 or more"
+            "contact parameter max_sweeps = 0, but it must be 1 or more"
         );
     }
 }

@@ -23,15 +23,6 @@ impl Formulation {
         self != Formulation::Xpbd
     }
 
-    /// Relative tolerance of a step unless told otherwise: see [`crate::step::StepParams::relative_tolerance`], which means something else with a
-    /// momentum residual. There, a thousandth of a segment's length is far below the error of the time step.
-    pub const fn tolerance(self) -> f64 {
-        match self {
-            Formulation::Newton => 1e-3,
-            Formulation::Xpbd | Formulation::XpbdGeometric => 1e-6,
-        }
-    }
-
     /// Whether the momentum residual is part of the equations, so that any start of a step is corrected.
     #[inline(always)]
     pub fn momentum(self) -> bool {

@@ -13,11 +13,11 @@
 //! - `component`: the state of a connected set of segments (or of alike ones, one a lane), and each stage of Algorithm 1 on
 //!   it. `guess`, `start`: where a step and its solves begin.
 //! - `tangent`: the exact matrix of Newton's method, and its elimination.
-//! - `step`: what a step is asked for and how it ends. `attempt`: one attempt at a step. `retry`: what becomes of attempts.
+//! - `step`: what a step is asked for and how it ends. `attempt`: one attempt at a step. `step_control`: what becomes of attempts.
 //! - `derivative`: derivatives of whole runs.
 //! - `snapshot`: what of all this the steps to come depend on.
-//! - `connected_set`: a component with its solver, its guess and its counters. `group`: alike sets in lanes. `contact`,
-//!   `lockstep`: contacts, and the sets that can touch, of which alike ones begin steps in lanes. `piece`: any of the three, as `simulation` steps it. `batch`: many simulations
+//! - `connected_set`: a component with its solver, its guess and its counters. `lane_batch`: alike sets in lanes. `contact`,
+//!   `contact_world`: contacts, and the sets that can touch. `piece`: any of the three, as `simulation` steps it. `batch`: many simulations
 //!   as one.
 
 pub mod attempt;
@@ -27,23 +27,23 @@ pub mod component;
 mod connected_set;
 mod contact;
 mod contact_params;
+mod contact_world;
 pub mod counters;
 pub mod derivative;
 pub mod formulation;
-mod group;
 pub mod guess;
 pub mod integrator;
+mod lane_batch;
 mod limits;
-mod lockstep;
 pub mod modes;
 mod piece;
 pub mod projection;
-mod retry;
 pub mod simulation;
 pub mod snapshot;
 pub mod start;
 pub mod statics;
 pub mod step;
+mod step_control;
 mod team;
 
 pub use jointed::{linear, system, tangent, topology};

@@ -6,26 +6,26 @@ use rod::{Body, Carried, JointForce, Pose, State};
 use crate::component::{Change, Members};
 use crate::connected_set::ConnectedSet;
 use crate::contact::ContactForce;
+use crate::contact_world::ContactWorld;
 use crate::counters::Counters;
 use crate::derivative::Substep;
-use crate::group::Group;
+use crate::lane_batch::LaneBatch;
 use crate::linear::solvers::{SolverError, SolverKind};
-use crate::lockstep::Lockstep;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 use crate::step::{Interval, Status, StepParams};
 
 /// A piece of the simulation.
 pub(crate) enum Piece {
     Single(Box<ConnectedSet>),
-    Group(Box<Group>),
-    Lockstep(Box<Lockstep>),
+    LaneBatch(Box<LaneBatch>),
+    ContactWorld(Box<ContactWorld>),
 }
 
-impl Group {
+impl LaneBatch {
     /// The group, or its sets one by one where they cannot go side by side.
     pub(crate) fn into_pieces(self) -> Vec<Piece> {
         if self.goes_together() {
-            return vec![Piece::Group(Box::new(self))];
+            return vec![Piece::LaneBatch(Box::new(self))];
         }
         self.apart().map(|set| Piece::Single(Box::new(set))).collect()
     }
@@ -35,8 +35,8 @@ impl Piece {
     pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
         match self {
             Piece::Single(set) => set.advance(interval, params),
-            Piece::Group(group) => group.advance(interval, params),
-            Piece::Lockstep(sets) => sets.advance(interval, params),
+            Piece::LaneBatch(group) => group.advance(interval, params),
+            Piece::ContactWorld(sets) => sets.advance(interval, params),
         }
     }
 
@@ -44,8 +44,8 @@ impl Piece {
     pub(crate) fn singles(&self) -> &[Box<ConnectedSet>] {
         match self {
             Piece::Single(set) => std::slice::from_ref(set),
-            Piece::Group(_) => &[],
-            Piece::Lockstep(sets) => &sets.sets,
+            Piece::LaneBatch(_) => &[],
+            Piece::ContactWorld(sets) => &sets.sets,
         }
     }
 
@@ -53,8 +53,8 @@ impl Piece {
     pub(crate) fn record_substeps(&mut self, whole: &Members) {
         match self {
             Piece::Single(set) => set.substeps = Some(Vec::new()),
-            Piece::Lockstep(sets) => sets.substeps = Some((whole.clone(), Vec::new())),
-            Piece::Group(group) => group.record_substeps(),
+            Piece::ContactWorld(sets) => sets.substeps = Some((whole.clone(), Vec::new())),
+            Piece::LaneBatch(group) => group.record_substeps(),
         }
     }
 
@@ -65,24 +65,24 @@ impl Piece {
                 let kept = set.substeps.as_mut().map(std::mem::take);
                 kept.into_iter().map(|kept| (&set.members, kept)).collect()
             }
-            Piece::Lockstep(sets) => {
+            Piece::ContactWorld(sets) => {
                 let kept = sets.substeps.iter_mut();
                 kept.map(|(whole, kept)| (&*whole, std::mem::take(kept))).collect()
             }
-            Piece::Group(group) => group.take_substeps().collect(),
+            Piece::LaneBatch(group) => group.take_substeps().collect(),
         }
     }
 
     pub(crate) fn store(&self, state: &mut State) {
         match self {
-            Piece::Group(group) => group.store(state),
+            Piece::LaneBatch(group) => group.store(state),
             piece => piece.singles().iter().for_each(|set| set.store(state)),
         }
     }
 
     pub(crate) fn store_joint_forces(&self, forces: &mut [JointForce]) {
         match self {
-            Piece::Group(group) => group.store_joint_forces(forces),
+            Piece::LaneBatch(group) => group.store_joint_forces(forces),
             piece => {
                 piece.singles().iter().for_each(|set| set.component.store_joint_forces(forces, &set.members, 0));
             }
@@ -93,8 +93,8 @@ impl Piece {
     pub(crate) fn set_velocities(&mut self, state: &State, time: f64) {
         match self {
             Piece::Single(set) => set.set_velocities(state, time),
-            Piece::Group(group) => group.set_velocities(state, time),
-            Piece::Lockstep(sets) => sets.sets.iter_mut().for_each(|set| set.set_velocities(state, time)),
+            Piece::LaneBatch(group) => group.set_velocities(state, time),
+            Piece::ContactWorld(sets) => sets.sets.iter_mut().for_each(|set| set.set_velocities(state, time)),
         }
     }
 
@@ -102,8 +102,8 @@ impl Piece {
     pub(crate) fn pose(&mut self, body: Body) -> Option<Pose> {
         match self {
             Piece::Single(set) => set.pose(body),
-            Piece::Group(group) => group.pose(body),
-            Piece::Lockstep(sets) => sets.sets.iter_mut().find_map(|set| set.pose(body)),
+            Piece::LaneBatch(group) => group.pose(body),
+            Piece::ContactWorld(sets) => sets.sets.iter_mut().find_map(|set| set.pose(body)),
         }
     }
 
@@ -115,16 +115,16 @@ impl Piece {
     pub(crate) fn change(&mut self, body: Body, change: Change<'_>, solver: SolverKind) -> Result<bool, SolverError> {
         match self {
             Piece::Single(set) => set.change(body, change, solver),
-            Piece::Group(group) => Ok(group.change(body, change)),
-            Piece::Lockstep(sets) => sets.change(body, change, solver),
+            Piece::LaneBatch(group) => Ok(group.change(body, change)),
+            Piece::ContactWorld(sets) => sets.change(body, change, solver),
         }
     }
 
     /// Lets a motion drive an obstacle; returns whether there is such an obstacle.
     pub(crate) fn drive_obstacle(&mut self, index: usize, motion: &Carried) -> bool {
         match self {
-            Piece::Lockstep(sets) => sets.drive_obstacle(index, motion),
-            Piece::Single(_) | Piece::Group(_) => false,
+            Piece::ContactWorld(sets) => sets.drive_obstacle(index, motion),
+            Piece::Single(_) | Piece::LaneBatch(_) => false,
         }
     }
 
@@ -132,8 +132,8 @@ impl Piece {
     pub(crate) fn set_load(&mut self, index: usize, force: &Vector3<f64>, torque: &Vector3<f64>) {
         match self {
             Piece::Single(set) => set.component.set_load(index, force, torque),
-            Piece::Group(group) => group.component_mut().set_load(index, force, torque),
-            Piece::Lockstep(sets) => {
+            Piece::LaneBatch(group) => group.component_mut().set_load(index, force, torque),
+            Piece::ContactWorld(sets) => {
                 sets.sets.iter_mut().for_each(|set| set.component.set_load(index, force, torque));
             }
         }
@@ -143,8 +143,8 @@ impl Piece {
     pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
         match self {
             Piece::Single(set) => set.component.set_gravity(gravity),
-            Piece::Group(group) => group.component_mut().set_gravity(gravity),
-            Piece::Lockstep(sets) => sets.set_gravity(gravity),
+            Piece::LaneBatch(group) => group.component_mut().set_gravity(gravity),
+            Piece::ContactWorld(sets) => sets.set_gravity(gravity),
         }
     }
 
@@ -152,40 +152,40 @@ impl Piece {
     pub(crate) fn store_statuses(&self, statuses: &mut [Status]) {
         let mut store = |members: &Members, status: Status| members.segments.iter().for_each(|&i| statuses[i] = status);
         match self {
-            Piece::Group(group) => group.statuses().for_each(|(members, status)| store(members, status)),
+            Piece::LaneBatch(group) => group.statuses().for_each(|(members, status)| store(members, status)),
             piece => piece.singles().iter().for_each(|set| store(&set.members, set.status)),
         }
     }
 
     /// Adds what contacts give the segments.
     pub(crate) fn store_contact_forces(&self, forces: &mut Vec<ContactForce>) {
-        if let Piece::Lockstep(sets) = self {
+        if let Piece::ContactWorld(sets) = self {
             forces.extend(sets.contact_forces());
         }
     }
 
-    /// Shows a tape all that the next step depends on.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
-        tape.size(self.sets());
+    /// Shows a visitor all that the next step depends on.
+    pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        visitor.size(self.sets());
         match self {
-            Piece::Single(set) => set.tape(tape),
-            Piece::Group(group) => group.tape(tape),
-            Piece::Lockstep(sets) => sets.tape(tape),
+            Piece::Single(set) => set.visit_state(visitor),
+            Piece::LaneBatch(group) => group.visit_state(visitor),
+            Piece::ContactWorld(sets) => sets.visit_state(visitor),
         }
     }
 
     pub(crate) fn counters(&self) -> Counters {
         match self {
             Piece::Single(set) => set.counters,
-            Piece::Group(group) => group.counters,
-            Piece::Lockstep(sets) => sets.counters(),
+            Piece::LaneBatch(group) => group.counters,
+            Piece::ContactWorld(sets) => sets.counters(),
         }
     }
 
     /// Number of connected sets.
     pub(crate) fn sets(&self) -> usize {
         match self {
-            Piece::Group(group) => group.lanes(),
+            Piece::LaneBatch(group) => group.lanes(),
             piece => piece.singles().len(),
         }
     }

@@ -13,18 +13,18 @@ use crate::attempt::{Exact, TangentChoice};
 use crate::component::{Alike, Component, Members, has_loose, split, split_alike};
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{PairFilter, refuse_overlaps};
+use crate::contact_world::ContactWorld;
 use crate::counters::Counters;
 use crate::derivative::Substep;
 use crate::formulation::{ContactProjection, Tangent};
-use crate::group::Group;
 use crate::guess::InitialGuess;
 use crate::integrator::Integrator;
+use crate::lane_batch::LaneBatch;
 use crate::limits::PARALLEL_SEGMENTS;
 use crate::linear::solvers::SolverKind;
-use crate::lockstep::Lockstep;
 use crate::piece::Piece;
 use crate::projection::{Predictor, ProjectionFactory};
-use crate::snapshot::{Snapshot, Tape};
+use crate::snapshot::{Snapshot, StateVisitor};
 use crate::statics::StaticParamsError;
 use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::topology::Topology;
@@ -251,7 +251,7 @@ impl Simulation {
             }
             let Alike { topology, sets } = &alike;
             if grouping && alike.fill_lanes() && guesses.iter().all(Option::is_none) {
-                pieces.extend(Group::new(model, state, topology, sets.clone(), &settings.step).into_pieces());
+                pieces.extend(LaneBatch::new(model, state, topology, sets.clone(), &settings.step).into_pieces());
                 continue;
             }
             for (members, guess) in alike.sets.into_iter().zip(guesses) {
@@ -320,9 +320,8 @@ impl Simulation {
         } else {
             let filter = PairFilter::new(model);
             refuse_overlaps(model, state, &filter, params.contact_tolerance)?;
-            let fills_lanes = solver == SolverKind::Direct;
-            let sets = Lockstep::new((model, state), singles, fills_lanes, filter, &params)?;
-            pieces.push(Piece::Lockstep(Box::new(sets)));
+            let sets = ContactWorld::new(model, singles, filter, &params)?;
+            pieces.push(Piece::ContactWorld(Box::new(sets)));
         }
         let held = model.segments.iter().map(|segment| segment.fixed).collect();
         let changes = |of: &[Changing]| model.changes.iter().any(|change| of.contains(&change.of));
@@ -375,7 +374,7 @@ impl Simulation {
     /// Threads that share a step: those of rayon's current pool where there is more than one piece to step and enough of
     /// it, else 1.
     pub fn threads(&self) -> usize {
-        let shares_sets = |piece: &Piece| matches!(piece, Piece::Lockstep(sets) if sets.is_parallel());
+        let shares_sets = |piece: &Piece| matches!(piece, Piece::ContactWorld(sets) if sets.is_parallel());
         if self.shares_pieces() || self.pieces.iter().any(shares_sets) { rayon::current_num_threads() } else { 1 }
     }
 
@@ -467,7 +466,7 @@ impl Simulation {
     /// [`Simulation::snapshot`] in the place of an older one. It costs a small part of a step, and allocates nothing where
     /// the older one was of this simulation and had as many contacts.
     pub fn snapshot_into(&mut self, snapshot: &mut Snapshot) {
-        snapshot.write(|tape| self.tape(tape));
+        snapshot.write(|visitor| self.visit_state(visitor));
     }
 
     /// Goes back to a snapshot. What follows has the same bits as what followed then: poses, velocities, time, motions, loads,
@@ -481,15 +480,15 @@ impl Simulation {
     /// # Errors
     /// [`SimulationError::Snapshot`] if the snapshot is of something else; then nothing has changed.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SimulationError> {
-        if snapshot.read(|tape| self.tape(tape)) { Ok(()) } else { Err(SimulationError::Snapshot) }
+        if snapshot.read(|visitor| self.visit_state(visitor)) { Ok(()) } else { Err(SimulationError::Snapshot) }
     }
 
-    fn tape(&mut self, tape: &mut Tape<'_>) {
-        tape.number(&mut self.time);
-        tape.number(&mut self.time_lost);
-        self.tape_holds(tape);
-        tape.size(self.pieces.len());
-        self.pieces.iter_mut().for_each(|piece| piece.tape(tape));
+    fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        visitor.number(&mut self.time);
+        visitor.number(&mut self.time_lost);
+        self.tape_holds(visitor);
+        visitor.size(self.pieces.len());
+        self.pieces.iter_mut().for_each(|piece| piece.visit_state(visitor));
     }
 
     /// Takes the velocities of `state`, which must be of the model's size: an impulse between two steps. Poses stay, and

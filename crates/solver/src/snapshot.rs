@@ -1,6 +1,6 @@
 //! Snapshots: all that the steps to come depend on, as numbers.
 //!
-//! One walk over a simulation both writes a snapshot and reads it ([`Tape`]), so that the two cannot differ.
+//! One walk over a simulation both writes a snapshot and reads it ([`StateVisitor`]), so that the two cannot differ.
 
 use std::slice::Iter;
 use std::sync::Arc;
@@ -40,39 +40,39 @@ impl Snapshot {
     }
 
     /// Becomes what a walk says.
-    pub(crate) fn write(&mut self, mut walk: impl FnMut(&mut Tape<'_>)) {
+    pub(crate) fn write(&mut self, mut walk: impl FnMut(&mut StateVisitor<'_>)) {
         let layout = layout(&mut walk);
         let Self { words, motions, obstacles } = self;
         words.clear();
         motions.clear();
         obstacles.clear();
         words.push(layout);
-        walk(&mut Tape(Mode::Write { words, motions, obstacles }));
+        walk(&mut StateVisitor(Mode::Write { words, motions, obstacles }));
     }
 
     /// Makes what is walked over what it was. Returns whether it was that; if not, nothing has changed.
-    pub(crate) fn read(&self, mut walk: impl FnMut(&mut Tape<'_>)) -> bool {
+    pub(crate) fn read(&self, mut walk: impl FnMut(&mut StateVisitor<'_>)) -> bool {
         let Some((layout_then, words)) = self.words.split_first() else { return false };
         if *layout_then != layout(&mut walk) {
             return false;
         }
         let (motions, obstacles) = (self.motions.iter(), self.obstacles.iter());
-        walk(&mut Tape(Mode::Read { words: words.iter(), motions, obstacles }));
+        walk(&mut StateVisitor(Mode::Read { words: words.iter(), motions, obstacles }));
         true
     }
 }
 
 /// A hash of all sizes on the way (FNV-1a).
-fn layout(walk: &mut impl FnMut(&mut Tape<'_>)) -> u64 {
-    let mut tape = Tape(Mode::Layout(0xcbf2_9ce4_8422_2325));
-    walk(&mut tape);
-    if let Mode::Layout(hash) = tape.0 { hash } else { 0 }
+fn layout(walk: &mut impl FnMut(&mut StateVisitor<'_>)) -> u64 {
+    let mut visitor = StateVisitor(Mode::Layout(0xcbf2_9ce4_8422_2325));
+    walk(&mut visitor);
+    if let Mode::Layout(hash) = visitor.0 { hash } else { 0 }
 }
 
-/// Takes what it is shown down, or makes it what was taken down: whatever has a memory shows it to a tape, all of it,
+/// Takes what it is shown down, or makes it what was taken down: whatever has a memory shows it to a visitor, all of it,
 /// always in the same order.
 #[derive(Debug)]
-pub struct Tape<'a>(Mode<'a>);
+pub struct StateVisitor<'a>(Mode<'a>);
 
 #[derive(Debug)]
 enum Mode<'a> {
@@ -90,7 +90,7 @@ enum Mode<'a> {
     },
 }
 
-impl Tape<'_> {
+impl StateVisitor<'_> {
     /// A size, or a kind as a number, that stays the same as long as the simulation lives. Where any of them is another one,
     /// the snapshot is of something else and is refused.
     #[inline]

@@ -1,18 +1,18 @@
 //! Static analysis: the stable equilibrium that a state comes to.
 //!
 //! Chains, trees and rings: Newton's method with the exact tangent, down in energy (`newton.rs`). Sets with several loops, large
-//! ones in wind, and what Newton's method does not bring to rest: a flow (`flow.rs`), which takes many more solves. Both leave an unstable
+//! ones in wind, and what Newton's method does not bring to rest: a flow (`pseudo_transient.rs`), which takes many more solves. Both leave an unstable
 //! equilibrium where rounding or the state's own imperfection pushes, as a real rod would.
 
 mod balance;
 pub mod branches;
 mod contact;
-mod flow;
+pub mod inverse_shape;
 mod newton;
 mod params;
 pub mod path;
+mod pseudo_transient;
 mod report;
-pub mod rest;
 
 use rod::{JointForce, Model, State};
 
@@ -76,7 +76,7 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
             component = still();
             let mut solver = SolverKind::Direct.build(model, &members, &topology)?;
             let left = StaticParams { max_steps: params.max_steps - own.steps, ..*params };
-            let relaxed = flow::relax(&mut component, solver.as_mut(), &left);
+            let relaxed = pseudo_transient::relax(&mut component, solver.as_mut(), &left);
             own = StaticReport {
                 steps: own.steps + relaxed.steps,
                 loops: own.loops,

@@ -19,15 +19,15 @@ pub struct StepParams {
     /// Residual to reach, relative to that of the predicted state with lambda = 0 (so that a better start does not buy a
     /// stricter target) or to 1, whichever is less (so that a prediction far off does not make a bad step good enough).
     /// Scaled units: gaps in segment lengths, angles in radians.
-    ///
-    /// With a momentum residual, where nothing can touch: the way by which the surface of any body may still be off, as a share of the
-    /// body's length; no more than gravity moves in a step.
     pub relative_tolerance: f64,
+    /// With a momentum residual, where nothing can touch, in place of the residuals: by how much the surface of any body may still be off, as a
+    /// share of the body's length; no more than gravity moves in a step.
+    pub motion_tolerance: f64,
     /// Residual that is always good enough, in the same scaled units.
     pub absolute_tolerance: f64,
     /// Error of a contact that is good enough: penetration, or slip where it should stick, relative to the smaller radius.
     ///
-    /// With a momentum residual, where bodies can touch, [`ContactParams::motion`] times this takes the place of the two above, as a share of
+    /// With a momentum residual, where bodies can touch, [`ContactParams::motion_tolerance`] times this takes the place of those above, as a share of
     /// the radius.
     pub contact_tolerance: f64,
     /// How contacts are projected.
@@ -47,7 +47,8 @@ impl StepParams {
         formulation: Formulation::Newton,
         tangent: Tangent::Positive,
         integrator: Integrator::Euler,
-        relative_tolerance: Formulation::Newton.tolerance(),
+        relative_tolerance: 1e-6,
+        motion_tolerance: 1e-3,
         absolute_tolerance: 1e-9,
         contact_tolerance: 1e-3,
         contact_projection: ContactProjection::Coupled,
@@ -55,11 +56,6 @@ impl StepParams {
         max_iterations: 30,
         max_halvings: 6,
     };
-
-    /// Those of a formulation.
-    pub const fn of(formulation: Formulation) -> Self {
-        Self { formulation, relative_tolerance: formulation.tolerance(), ..Self::DEFAULT }
-    }
 }
 
 /// A parameter of steps that is not allowed.
@@ -80,10 +76,10 @@ const MOST_HALVINGS: u32 = 30;
 impl StepParams {
     /// By how much the surface of a body may still be off when a step of formulation `newton` ends: as a share of its radius where bodies
     /// can `touch`, of its length elsewhere; and no more than gravity moves in a step.
-    pub fn motion_tolerance(&self, touch: bool) -> f64 {
+    pub fn allowed_motion(&self, touch: bool) -> f64 {
         match touch {
-            true => self.contact.motion * self.contact_tolerance,
-            false => self.relative_tolerance.max(self.absolute_tolerance),
+            true => self.contact.motion_tolerance * self.contact_tolerance,
+            false => self.motion_tolerance,
         }
     }
 
@@ -100,11 +96,12 @@ impl StepParams {
         let check = |name, value: f64, is_allowed: bool, allowed| {
             if is_allowed { Ok(()) } else { Err(StepParamsError { name, value, allowed }) }
         };
-        let Self { relative_tolerance, absolute_tolerance, contact_tolerance, max_iterations, max_halvings, .. } =
-            *self;
+        let Self { relative_tolerance, absolute_tolerance, motion_tolerance, .. } = *self;
+        let Self { contact_tolerance, max_iterations, max_halvings, .. } = *self;
         let not_negative = |name, x: f64| check(name, x, x.is_finite() && x >= 0.0, "finite and >= 0");
         not_negative("relative_tolerance", relative_tolerance)?;
         not_negative("absolute_tolerance", absolute_tolerance)?;
+        not_negative("motion_tolerance", motion_tolerance)?;
         let is_positive = contact_tolerance.is_finite() && contact_tolerance > 0.0;
         check("contact_tolerance", contact_tolerance, is_positive, "finite and > 0")?;
         check("max_iterations", max_iterations as f64, max_iterations > 0, ">= 1")?;
@@ -143,7 +140,7 @@ pub enum Status {
     /// To the tolerance, in substeps.
     ConvergedInSubsteps,
     /// The cap on iterations came first, even with the smallest substep. Where contacts were off by more than
-    /// [`ContactParams::astray`] radii then, what moves freely in their island was left where it was, at rest.
+    /// [`ContactParams::max_error`] radii then, what moves freely in their island was left where it was, at rest.
     OutOfIterations,
     /// Joints gape by more than a tenth of their length: something that is held is led where the rods cannot follow, into an
     /// obstacle or further than they reach. Where joints that do not stretch (compliances of 1e-10 m/N at most) answer with

@@ -59,7 +59,7 @@ fn a_rope_that_falls_from_horizontal_goes_as_with_short_steps() {
     let (model, state) = rope(90.0).finish();
     let tip = |integrator, dt: f64| {
         let mut settings = settings(Formulation::Newton, integrator);
-        settings.step.relative_tolerance = 1e-8;
+        (settings.step.relative_tolerance, settings.step.motion_tolerance) = (1e-8, 1e-8);
         let (_, end) = run(&model, &state, &settings, dt, (0.6 / dt).round() as usize);
         end.positions[model.segments.len() - 1]
     };

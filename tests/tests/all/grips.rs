@@ -147,8 +147,14 @@ fn on_springs(face: &str, lines: &str, force: Vector3<f64>) -> (scene::Scene, na
 
 fn to_the_last_digits(formulation: Formulation) -> Settings {
     let (relative_tolerance, absolute_tolerance) = (1e-10, 1e-10);
-    let step =
-        StepParams { relative_tolerance, absolute_tolerance, max_iterations: 60, formulation, ..StepParams::DEFAULT };
+    let step = StepParams {
+        relative_tolerance,
+        motion_tolerance: relative_tolerance,
+        absolute_tolerance,
+        max_iterations: 60,
+        formulation,
+        ..StepParams::DEFAULT
+    };
     Settings { step, ..Settings::default() }
 }
 

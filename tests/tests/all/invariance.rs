@@ -69,7 +69,7 @@ impl Scene {
     fn end(&self, model: &Model, state: &State) -> State {
         let mut settings = Settings::default();
         settings.step.formulation = self.formulation;
-        settings.step.relative_tolerance = 1e-11;
+        (settings.step.relative_tolerance, settings.step.motion_tolerance) = (1e-11, 1e-11);
         settings.step.absolute_tolerance = 1e-13;
         settings.step.max_iterations = 60;
         let mut simulation = Simulation::new(model, state, &settings, None).unwrap();

@@ -156,7 +156,7 @@ fn a_stretched_cord_has_the_frequencies_of_its_own_motion() {
         let mut settings = Settings::default();
         settings.step.formulation = Formulation::Newton;
         settings.step.integrator = Integrator::Bdf2;
-        settings.step.relative_tolerance = 1e-9;
+        (settings.step.relative_tolerance, settings.step.motion_tolerance) = (1e-9, 1e-9);
         let mut simulation = Simulation::new(&model, &start, &settings, None).unwrap();
         let rest = state.positions[place];
         let aside = mode.shifts[place].normalize();

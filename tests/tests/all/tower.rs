@@ -23,7 +23,7 @@ fn a_tower_of_twenty_layers_stands() {
     let weight = model.gravity.norm() * model.segments.iter().map(|s| s.mass()).sum::<f64>();
     // How long it takes to come to rest at the start is another matter: from one tolerance near 1e-5 to the next, means of outer
     // iterations are from 2.9 to 4.4.
-    for (contact_tolerance, most) in [(1e-3, 3.0), (1e-5, 5.0)] {
+    for (contact_tolerance, middle, most) in [(1e-3, 2.0, 3.0), (1e-5, 3.0, 5.0)] {
         let step = StepParams { contact_tolerance, ..StepParams::default() };
         let settings = Settings { step, ..Settings::default() };
         let mut simulation = Simulation::new(model, &scene.state, &settings, None).unwrap();
@@ -51,6 +51,6 @@ fn a_tower_of_twenty_layers_stands() {
         assert!(z < 1.1 * LAYERS * contact_tolerance * RADIUS, "{z}");
         let error = LAYERS * contact_tolerance * RADIUS * scene.run.steps as f64;
         assert!(x.max(y) < 2.0 * error, "{x} {y}");
-        assert!(median <= 2.0 && mean < most, "{median} {mean}");
+        assert!(median <= middle && mean < most, "{median} {mean}");
     }
 }

@@ -218,7 +218,8 @@ fn halved_steps_see_the_wind_of_their_time() {
     let end = |halvings, dt: f64, steps| {
         let mut settings = Settings::default();
         // Out of reach: every step goes to rounding, none converges, and all that may be halved are.
-        (settings.step.relative_tolerance, settings.step.absolute_tolerance) = (1e-300, 1e-300);
+        (settings.step.relative_tolerance, settings.step.absolute_tolerance, settings.step.motion_tolerance) =
+            (1e-300, 1e-300, 1e-300);
         settings.step.max_iterations = 200;
         settings.step.max_halvings = halvings;
         let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();

@@ -17,7 +17,6 @@ use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
 use solver::linear::precondition::PreconditionerKind;
 use solver::simulation::{GuessFactory, Settings};
-use solver::step::StepParams;
 use solver::topology::Topology;
 
 use crate::course::Course;
@@ -86,7 +85,8 @@ fn measure(
     // Features in body frames have the plane's symmetry by themselves, where there is one.
     let is_free = !are_planar || encoding.features == Features::Paper;
     // The paper's formulation, and the data sets'.
-    let settings = Settings { step: StepParams::of(Formulation::Xpbd), ..Settings::default() };
+    let mut settings = Settings::default();
+    settings.step.formulation = Formulation::Xpbd;
     let is_on = || !stopped.load(Ordering::Relaxed);
     let mut measured = Vec::new();
     for (Scene { model, state, run, .. }, plane) in scenes.iter().zip(planes) {

@@ -22,7 +22,12 @@ fn sizes() -> NetworkConfig {
 
 /// Some steps of implicit Euler, from a network's starts or from the predictions.
 fn moved(model: &Model, state: &State, dts: &[f64], weights: Option<&Weights>) -> (State, Counters) {
-    let step = StepParams { formulation: Formulation::Newton, relative_tolerance: 1e-10, ..StepParams::default() };
+    let step = StepParams {
+        formulation: Formulation::Newton,
+        relative_tolerance: 1e-10,
+        motion_tolerance: 1e-10,
+        ..StepParams::default()
+    };
     let settings = Settings { step, ..Settings::default() };
     let trained = weights.map(|weights| Trained::new(weights, encoding()));
     let normal = planar_normal(model, state);

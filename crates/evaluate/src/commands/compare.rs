@@ -86,7 +86,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     let mut entry = |name: String, formulation, solver, guess| {
         // Where CG does not converge, halved steps would take their time to show the same.
         let max_halvings = if matches!(solver, SolverKind::Cg(_)) { 0 } else { StepParams::DEFAULT.max_halvings };
-        let step = StepParams { max_halvings, ..StepParams::of(formulation) };
+        let step = StepParams { formulation, max_halvings, ..StepParams::DEFAULT };
         entries.push(Entry { name, settings: level.settings(&Settings { step, solver }), guess });
     };
     // The entry whose formulation the reference takes comes first.

@@ -145,7 +145,7 @@ pub(super) fn plan(
 
 /// Direct solves of a formulation.
 fn direct(formulation: Formulation) -> Settings {
-    Settings { step: StepParams::of(formulation), ..Settings::default() }
+    Settings { step: StepParams { formulation, ..StepParams::DEFAULT }, ..Settings::default() }
 }
 
 /// Measures guesses of linear solves and shows the tables.

@@ -46,7 +46,7 @@ pub(crate) fn with_guesses<T, E: Into<anyhow::Error>>(
 pub(crate) fn solver(preconditioner: &str, tolerance: f64) -> Result<CgSolver> {
     let preconditioner = preconditioner.parse().map_err(anyhow::Error::msg)?;
     Ok(CgSolver {
-        step: StepParams::of(Formulation::Xpbd),
+        step: StepParams { formulation: Formulation::Xpbd, ..StepParams::DEFAULT },
         cg: CgParams { preconditioner, tolerance, ..CgParams::default() },
     })
 }

@@ -49,10 +49,10 @@ impl Level {
                 let tied = step.contact_tolerance * tolerance / step.relative_tolerance;
                 step.contact_tolerance = step.contact_tolerance.min(tied.max(CONTACT_TOLERANCE));
                 step.absolute_tolerance = step.absolute_tolerance.min(1e-3 * tolerance);
-                step.relative_tolerance = tolerance;
+                (step.relative_tolerance, step.motion_tolerance) = (tolerance, tolerance);
             }
             Outer::Iterations(count) => {
-                (step.relative_tolerance, step.absolute_tolerance) = (0.0, 0.0);
+                (step.relative_tolerance, step.absolute_tolerance, step.motion_tolerance) = (0.0, 0.0, 0.0);
                 (step.max_iterations, step.max_halvings) = (count, 0);
             }
         }

@@ -25,6 +25,7 @@ pub const CONTACT_TOLERANCE: f64 = 1e-7;
 pub fn exact_settings(step: &StepParams) -> Settings {
     let step = StepParams {
         relative_tolerance: TOLERANCE,
+        motion_tolerance: TOLERANCE,
         absolute_tolerance: TOLERANCE,
         contact_tolerance: CONTACT_TOLERANCE,
         max_iterations: 200,
@@ -66,7 +67,7 @@ impl Problem {
     ) -> Result<Option<Self>, SimulationError> {
         let mut exact = Vec::with_capacity(formulations.len());
         for &formulation in formulations {
-            let settings = exact_settings(&StepParams::of(formulation));
+            let settings = exact_settings(&StepParams { formulation, ..StepParams::default() });
             let (course, how) = ((scene.run.dt, steps, 1), (&settings, GuessKind::Zero));
             let reference = Reference::of_all_steps(&scene, course, how, |state| state.positions.clone(), &mut go_on)?;
             let Some(reference) = reference else { return Ok(None) };
@@ -91,7 +92,13 @@ impl Problem {
         // Far below what the time steps leave.
         let [relative_tolerance, absolute_tolerance, contact_tolerance] = [1e-8, 1e-8, 1e-4];
         let step = StepParams { formulation: Formulation::Newton, ..StepParams::default() };
-        let step = StepParams { relative_tolerance, absolute_tolerance, contact_tolerance, ..step };
+        let step = StepParams {
+            relative_tolerance,
+            motion_tolerance: relative_tolerance,
+            absolute_tolerance,
+            contact_tolerance,
+            ..step
+        };
         let how = (&Settings { step, ..Settings::default() }, GuessKind::StepQuadratic);
         let parts = finer.model.segments.len() / self.scene.model.segments.len().max(1);
         let course = (self.scene.run.dt, self.steps, parts * parts);

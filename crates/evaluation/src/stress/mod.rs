@@ -61,7 +61,13 @@ pub const ABSOLUTE_TOLERANCE: f64 = 1e-10;
 /// The table's settings in a formulation: direct solves to [`RELATIVE_TOLERANCE`] and [`ABSOLUTE_TOLERANCE`].
 pub fn settings(formulation: Formulation) -> Settings {
     let [relative_tolerance, absolute_tolerance] = [RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE];
-    let step = StepParams { formulation, relative_tolerance, absolute_tolerance, ..StepParams::default() };
+    let step = StepParams {
+        formulation,
+        relative_tolerance,
+        motion_tolerance: relative_tolerance,
+        absolute_tolerance,
+        ..StepParams::default()
+    };
     Settings { step, ..Settings::default() }
 }
 

@@ -31,7 +31,12 @@ impl InitialGuess for Watch {
 
 /// The components at the ends of some steps.
 fn steps(model: &Model, state: &State, dt: f64, count: usize) -> Vec<Component<f64>> {
-    let step = StepParams { formulation: Formulation::Newton, relative_tolerance: 1e-11, ..StepParams::default() };
+    let step = StepParams {
+        formulation: Formulation::Newton,
+        relative_tolerance: 1e-11,
+        motion_tolerance: 1e-11,
+        ..StepParams::default()
+    };
     let settings =
         Settings { step: StepParams { absolute_tolerance: 1e-12, max_iterations: 60, ..step }, ..Settings::default() };
     let seen = Arc::new(Mutex::new(Vec::new()));

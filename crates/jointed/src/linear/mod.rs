@@ -1,16 +1,16 @@
 //! The linear solvers, and the seam between them and the outer loop.
 
+pub mod articulated;
 pub mod cg;
+pub mod compliance;
 pub mod direct;
 pub mod dual;
 mod info;
 pub mod looped;
 pub mod operator;
 pub mod precondition;
-pub mod response;
 pub mod solvers;
 pub mod sparse;
-pub mod transfers;
 
 pub use info::{LinearInfo, LinearStatus};
 

@@ -20,9 +20,9 @@
 //! mended: it is made heavier, until they are.
 
 use super::Equations;
-use super::halves::Halves;
 use super::problem::Problem;
-use super::sweep::Sweep;
+use super::tree_elimination::TreeElimination;
+use super::two_sided::TwoSided;
 use crate::topology::Topology;
 use crate::transfer::Columns;
 use kernels::Spatial;
@@ -49,9 +49,9 @@ pub struct Elimination<T = f64> {
 #[derive(Clone, Debug)]
 enum Memory<T> {
     /// Without loops, the halves of a chain side by side.
-    Tree(Sweep<T, 1>, Halves<T>),
+    Tree(TreeElimination<T, 1>, TwoSided<T>),
     /// With a far body, the one without which there would be no loop: six more columns.
-    Ring(Sweep<T, 7>, usize),
+    Ring(TreeElimination<T, 7>, usize),
 }
 
 impl<T: Real> Elimination<T> {
@@ -64,13 +64,13 @@ impl<T: Real> Elimination<T> {
         };
         let (topology, memory) = match topology.elimination {
             Some(_) => {
-                let halves = Halves::new(topology);
-                (topology.clone(), Memory::Tree(Sweep::new(topology, halves.of(topology)), halves))
+                let halves = TwoSided::new(topology);
+                (topology.clone(), Memory::Tree(TreeElimination::new(topology, halves.of(topology)), halves))
             }
             None if T::IN_LANES => return None,
             None => {
                 let (topology, far) = (0..topology.bodies()).find_map(|far| Some((without(far)?, far)))?;
-                let memory = Memory::Ring(Sweep::new(&topology, (0, 0)), far);
+                let memory = Memory::Ring(TreeElimination::new(&topology, (0, 0)), far);
                 (topology, memory)
             }
         };

@@ -17,22 +17,22 @@
 //! bring the inertia's part in by a second solve with the same factor, so that convergence is quadratic.
 
 mod cholesky;
+mod condensation;
 pub mod curvature;
+mod cut_body;
 pub mod elimination;
-mod far;
-mod halves;
 pub mod jacobian;
 mod node;
 mod problem;
-mod series;
 mod stiffness;
-mod sweep;
+mod tree_elimination;
+mod two_sided;
 
 use kernels::Spatial;
 use kernels::lane::{Both, Real};
 use kernels::math::{Sym3, Vec3};
 
-pub use series::Root;
+pub use condensation::Root;
 
 /// Newton's equations of a step for one connected set of bodies, or for several in lanes, in world axes and world rows.
 #[derive(Clone, Debug)]

@@ -14,7 +14,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::Coupling;
-use super::series::{Alone, Root, Series};
+use super::condensation::{Alone, Condensation, Root};
 use super::stiffness::{Stiffness, in_rows, on_rows};
 use kernels::Spatial;
 use kernels::lane::{Both, Real};
@@ -162,7 +162,7 @@ impl<T: Real> Terms<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factor<T> {
     /// Rows of stretch-shear, and of bend-twist, which come after them.
-    pub(super) parts: [Series<T>; 2],
+    pub(super) parts: [Condensation<T>; 2],
 }
 
 /// Right-hand sides of both parts: beside the factor, as others come while it stays.
@@ -171,7 +171,7 @@ pub(super) type Sides<T, const M: usize> = [Alone<T, M>; 2];
 impl<T: Real> Factor<T> {
     /// Zero, to be overwritten.
     pub(super) fn zero() -> Self {
-        Self { parts: [Series::zero(); 2] }
+        Self { parts: [Condensation::zero(); 2] }
     }
 
     /// Eliminates a node; returns the factor, its right-hand sides, and what it adds to the inner body. `forces` are those on the
@@ -191,7 +191,7 @@ impl<T: Real> Factor<T> {
         let ([a, b, c], m) = (left.translation.full(), left.mixed);
         let rows = [beside(a, m[0]), beside(b, m[1]), beside(c, m[2])];
         let alone = [forces[0], forces[1], forces[2]];
-        let (stretch, of_stretch) = Series::new(Root::new(terms.compliance[0]), left.translation, rows, alone);
+        let (stretch, of_stretch) = Condensation::new(Root::new(terms.compliance[0]), left.translation, rows, alone);
         stretch.take_off(&of_stretch, &mut left, &mut forces);
         let turning = left.turning;
         let (w, m, e) = (turning.full(), left.mixed, terms.coupling.full());
@@ -202,7 +202,7 @@ impl<T: Real> Factor<T> {
         };
         let (rows, alone) = ([row(0), row(1), row(2)], [forces[3], forces[4], forces[5]]);
         left.turning = turning + Sym3::identity(terms.coupling.kappa * T::splat(-2.0));
-        let (bend, of_bend) = Series::new(terms.bend, turning, rows, alone);
+        let (bend, of_bend) = Condensation::new(terms.bend, turning, rows, alone);
         bend.take_off(&of_bend, &mut left, &mut forces);
         let added = Left { stiffness: left.seen(terms.arms[1]), forces: Self::on_inner(terms, &forces) };
         (Self { parts: [stretch, bend] }, [of_stretch, of_bend], added)

@@ -1,7 +1,7 @@
 //! What an elimination is to solve, node by node.
 
+use super::condensation::Root;
 use super::node::{Left, Terms};
-use super::series::Root;
 use super::stiffness::Stiffness;
 use super::{Equations, JointEquation};
 use crate::topology::{Node, Topology};

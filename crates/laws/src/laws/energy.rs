@@ -269,7 +269,7 @@ impl EnergyBalance {
         let mut changing = 0.0;
         // In bodies that contacts press, by so much of the kinetic energy (docs/contacts.md).
         if !model.contacts.is_empty() {
-            fluctuation += StepParams::DEFAULT.contact.most_gain * old.kinetic;
+            fluctuation += StepParams::DEFAULT.contact.max_energy_gain * old.kinetic;
         }
         if !step.is_euler() {
             let change = |i: usize| (after.velocities[i] - before.velocities[i]).norm_squared();

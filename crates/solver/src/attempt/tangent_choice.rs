@@ -6,7 +6,7 @@
 //! goes on with that, so that it costs less than one step more. Iterations are counted, and sweeps over contacts; no time is
 //! measured: the same motion takes the same way on every machine.
 
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 use crate::topology::Topology;
 
 /// Work of an iteration with the exact tangent, where one with the positive matrix is 1.
@@ -82,12 +82,12 @@ impl TangentChoice {
         }
     }
 
-    /// Shows a tape all of it.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+    /// Shows a visitor all of it.
+    pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         let Self { means, usual, wait, gap, work: _, exact: _ } = self;
-        means.iter_mut().for_each(|mean| tape.number(mean));
+        means.iter_mut().for_each(|mean| visitor.number(mean));
         let mut way = *usual as u64;
-        [&mut way, wait, gap].into_iter().for_each(|word| tape.word(word));
+        [&mut way, wait, gap].into_iter().for_each(|word| visitor.word(word));
         *usual = (way == 1).into();
     }
 }

@@ -6,10 +6,10 @@
 //! turned by b and a. A derivative with respect to theta is so one with respect to both ([`of_ends`]). Of inertia that turns
 //! with a body: `R I R^T x` is as it was where x is turned along.
 
+use super::asymmetric_jacobian::turn_since;
 use super::multistep::{gyroscopic_back, momentum_back};
 use super::parts::{copy_spatial, pick, pick_spatial, put, select};
 use super::turns::angular_momentum;
-use super::whole::turn_since;
 use super::{BodyBar, Component};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;

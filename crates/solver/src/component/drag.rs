@@ -11,7 +11,7 @@ mod step;
 use rod::{Air, Model};
 
 use super::Members;
-use super::parts::{pick, put};
+use super::parts::pick;
 use crate::derivative::AirVariation;
 use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
@@ -67,18 +67,6 @@ impl<T: Real> Drag<T> {
     pub(super) fn inertia(&self, body: usize, lane: usize) -> [f64; 2] {
         let Exposed { mass, transverse, .. } = self.bodies[body];
         [mass, transverse].map(|x| x.lane(lane))
-    }
-
-    /// Takes the drag of a component of its own into a lane.
-    pub(super) fn put(&mut self, lane: usize, from: &Drag<f64>) {
-        for (body, own) in self.bodies.iter_mut().zip(&from.bodies) {
-            let Exposed { mass, transverse, normal, tangential } = *own;
-            body.mass.set_lane(lane, mass);
-            body.transverse.set_lane(lane, transverse);
-            body.normal.set_lane(lane, normal);
-            body.tangential.set_lane(lane, tangential);
-        }
-        put(&mut self.breeze, lane, from.breeze.0);
     }
 
     pub(super) fn pick(&self, lane: usize) -> Drag<f64> {

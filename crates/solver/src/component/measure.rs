@@ -3,7 +3,7 @@
 //! A correction (dx, dphi) moves the ends of a segment of length l, radius r and axis d by dx and `dphi x d l / 2`, and its
 //! surface about the axis by `r (dphi . d)`: the root of the sum of their squares is the way of its surface. Its unit is the body's radius
 //! where bodies can touch, its length elsewhere. A step's tolerance is a share of it, or g dt^2, by which gravity moves a body in a step,
-//! where that is less: contacts are measured so, too (`contact/stage/observe.rs`).
+//! where that is less: contacts are measured so, too (`contact/island_contacts/observe.rs`).
 
 use super::Component;
 use crate::kernel::Spatial;

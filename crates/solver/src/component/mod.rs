@@ -5,31 +5,31 @@
 
 mod adjoint;
 mod adjoint_joints;
-mod alike;
-mod apart;
+mod asymmetric_jacobian;
 mod before;
 mod begin;
-mod beyond;
 mod constants;
 mod derivative;
 mod drag;
 mod energy;
 mod equilibrium;
 mod evaluate;
+mod external_impulses;
 mod forces;
 mod hold;
 mod implicit;
+mod joint_extras;
+mod joint_failure;
 mod lanes;
 #[cfg(test)]
 mod linear_tests;
-mod loose;
 mod measure;
 mod motion;
 mod multistep;
 mod parts;
 mod pose;
 mod predict;
-mod pushes;
+mod released;
 mod rigid;
 mod snapshot;
 mod split;
@@ -38,7 +38,6 @@ mod tangent;
 mod transmitted;
 mod turns;
 mod update;
-mod whole;
 
 use std::sync::Arc;
 
@@ -57,10 +56,10 @@ pub(crate) use begin::{Begin, BodyBar};
 pub(crate) use derivative::{move_along, movement_along, slope_of};
 pub(crate) use hold::Change;
 pub use jointed::members::Members;
-pub(crate) use loose::has_loose;
 pub(crate) use motion::{LARGEST_TURN, in_kernel};
 pub(crate) use parts::{copy_spatial, pick_pose, pick_spatial};
 pub use pose::BodyPose;
+pub(crate) use released::has_loose;
 pub use split::split;
 pub(crate) use split::{Alike, split_alike, whole};
 
@@ -141,7 +140,7 @@ pub struct Component<T> {
     /// The fixed segments and anchors that move.
     moved: Vec<motion::Moved>,
     /// Joints that leave something free.
-    loose: Vec<loose::Loose>,
+    loose: Vec<released::Released>,
     /// Inertia of the fixed segments.
     resting: Vec<hold::Resting>,
     /// Whether the pulls are those of the multipliers, or those expected of a step that has none yet.
@@ -149,7 +148,7 @@ pub struct Component<T> {
     bodies: Vec<BodyConstants<T>>,
     joints: Vec<JointConstants<T>>,
     /// What joints have beyond those of the paper.
-    beyond: beyond::Beyond<T>,
+    beyond: joint_extras::JointExtras<T>,
     loads: Vec<BodyLoad<T>>,
     /// Loads and gravity that change over time.
     changing: Vec<forces::ChangingForce>,
@@ -178,7 +177,7 @@ impl<T: Real> Component<T> {
     /// Sets that share `topology`, one a lane; the first also fills the lanes left over.
     pub fn new(model: &Model, state: &State, topology: Arc<Topology>, sets: &[&Members]) -> Self {
         let mut system = System::new(topology);
-        let beyond = beyond::Beyond::new(model, sets);
+        let beyond = joint_extras::JointExtras::new(model, sets);
         beyond.prepare(&mut system);
         let (bodies, joints) = (system.bodies.len(), system.joints.len());
         let pose = BodyPose { x: Vec3::zero(), q: Quat::identity() };

@@ -13,7 +13,7 @@ use super::parts::vec3;
 use super::pose::BodyPose;
 use crate::kernel::Spatial;
 use crate::kernel::math::{Quat, Vec3};
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 /// Where a fixed segment or an anchor is at any time.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +52,7 @@ impl Steady {
     }
 }
 
-/// By how much a body that is driven may turn in a step [rad]. Beyond a quarter of a turn the rods beside it can lose whole
+/// By how much a body that is driven may turn in a step [rad]. JointExtras a quarter of a turn the rods beside it can lose whole
 /// turns.
 pub(crate) const LARGEST_TURN: f64 = 1.0;
 
@@ -83,21 +83,21 @@ impl Motion {
 }
 
 impl Motion {
-    /// Shows it to a tape.
-    fn tape(&mut self, tape: &mut Tape<'_>) {
+    /// Shows it to a visitor.
+    fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         let mut is_driven = matches!(self, Motion::Driven(_));
-        tape.flag(&mut is_driven);
+        visitor.flag(&mut is_driven);
         if is_driven {
             let mut driven = if let Motion::Driven(own) = self { Some(own.clone()) } else { None };
-            tape.motion(&mut driven);
+            visitor.motion(&mut driven);
             *self = driven.map_or(Motion::Steady(Steady::none()), Motion::Driven);
             return;
         }
         let mut steady = if let Motion::Steady(own) = self { *own } else { Steady::none() };
         let Steady { since, origin, velocity } = &mut steady;
-        tape.number(since);
-        tape.pose(origin);
-        tape.spatial(velocity);
+        visitor.number(since);
+        visitor.pose(origin);
+        visitor.spatial(velocity);
         *self = Motion::Steady(steady);
     }
 }

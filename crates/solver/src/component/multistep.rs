@@ -34,7 +34,7 @@ use crate::kernel::Spatial;
 use crate::kernel::dual::Dual;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Vec3};
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 pub(super) use back::{gyroscopic_back, momentum_back};
 
@@ -132,13 +132,13 @@ impl<T: Real> Multistep<T> {
         self.bodies[body].transverse
     }
 
-    /// Shows a tape what the next step builds on; the rest is of one step.
-    pub(super) fn tape(&mut self, tape: &mut Tape<'_>) {
+    /// Shows a visitor what the next step builds on; the rest is of one step.
+    pub(super) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         let Self { now, earlier, over, goes_on, .. } = self;
-        tape.list(now, Tape::spatial);
-        tape.list(earlier, Tape::spatial);
-        tape.list(over, Tape::vector);
-        tape.real(goes_on);
+        visitor.list(now, StateVisitor::spatial);
+        visitor.list(earlier, StateVisitor::spatial);
+        visitor.list(over, StateVisitor::vector);
+        visitor.real(goes_on);
     }
 
     /// A segment's inertia is that of `body` in a lane from now on, about its own axes `moments`.

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use super::parts::pick;
 use crate::kernel::lane::Real;
 use crate::kernel::math::{Quat, Sym3, Vec3};
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 /// A rigid body, in one lane; while it is held its inertia counts nothing.
 #[derive(Clone, Debug)]
@@ -32,9 +32,9 @@ pub(super) struct Rigid<T> {
 }
 
 impl<T: Real> Rigid<T> {
-    /// Shows a tape with which pulls the next step begins.
-    pub(super) fn tape(&mut self, tape: &mut Tape<'_>) {
-        self.held.iter_mut().for_each(|held| tape.vector(held));
+    /// Shows a visitor with which pulls the next step begins.
+    pub(super) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        self.held.iter_mut().for_each(|held| visitor.vector(held));
     }
 
     /// Inertia times `x`, both in the body's frame.

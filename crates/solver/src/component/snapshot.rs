@@ -2,13 +2,13 @@
 
 use super::Component;
 use super::constants::BodyLoad;
-use super::loose::Loose;
+use super::released::Released;
 use crate::kernel::lane::Real;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 impl<T: Real> Component<T> {
-    /// Shows a tape all that the next step begins with, and what is read off between steps.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+    /// Shows a visitor all that the next step begins with, and what is read off between steps.
+    pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         // Every field stands here, so that whoever adds one says whether it is kept.
         let Self {
             poses,
@@ -58,36 +58,36 @@ impl<T: Real> Component<T> {
             changing: _,
             damping: _,
         } = self;
-        tape.size(T::LANES);
-        tape.size(*used);
-        tape.size(*segments);
+        visitor.size(T::LANES);
+        visitor.size(*used);
+        visitor.size(*segments);
         // A segment that is let go couples its joints from then on.
-        system.topology.fixed.iter().for_each(|&fixed| tape.size(usize::from(fixed)));
-        tape.list(poses, Tape::pose);
-        tape.list(velocities, Tape::spatial);
-        tape.list(lambda, Tape::spatial);
-        tape.list(held, Tape::vector);
-        tape.list(given, Tape::real);
-        tape.flag(has_given);
-        tape.list(loads, |tape, BodyLoad { force, torque, turns, .. }| {
-            tape.vector(force);
-            tape.vector(torque);
-            tape.flag(turns);
+        system.topology.fixed.iter().for_each(|&fixed| visitor.size(usize::from(fixed)));
+        visitor.list(poses, StateVisitor::pose);
+        visitor.list(velocities, StateVisitor::spatial);
+        visitor.list(lambda, StateVisitor::spatial);
+        visitor.list(held, StateVisitor::vector);
+        visitor.list(given, StateVisitor::real);
+        visitor.flag(has_given);
+        visitor.list(loads, |visitor, BodyLoad { force, torque, turns, .. }| {
+            visitor.vector(force);
+            visitor.vector(torque);
+            visitor.flag(turns);
         });
-        tape.list(rigid, |tape, body| body.tape(tape));
+        visitor.list(rigid, |visitor, body| body.visit_state(visitor));
         // What joints that turn freely have turned by, with which open grips go on.
-        loose.iter().filter_map(Loose::turning).for_each(|joint| tape.vector(&mut joints[joint].rest_darboux));
-        tape.vector(gravity);
-        tape.real(last_dt);
-        tape.real(last_effective);
-        tape.size(usize::from(multistep.is_some()));
+        loose.iter().filter_map(Released::turning).for_each(|joint| visitor.vector(&mut joints[joint].rest_darboux));
+        visitor.vector(gravity);
+        visitor.real(last_dt);
+        visitor.real(last_effective);
+        visitor.size(usize::from(multistep.is_some()));
         if let Some(steps) = multistep {
-            steps.tape(tape);
+            steps.visit_state(visitor);
         }
-        tape.number(time);
-        tape.number(dt);
-        tape.word(solves);
-        tape.word(evaluations);
-        self.tape_motions(tape);
+        visitor.number(time);
+        visitor.number(dt);
+        visitor.word(solves);
+        visitor.word(evaluations);
+        self.tape_motions(visitor);
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::beyond::GRADED;
+use super::joint_extras::GRADED;
 use super::parts::{select, select_pose};
 use super::{BodyPose, Component};
 use crate::kernel::Spatial;

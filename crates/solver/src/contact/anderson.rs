@@ -10,7 +10,7 @@
 //! While contacts neither open nor close, stick nor slide anew, a round is linear, and this is a Krylov method on it. Where a round's
 //! change is much larger than the one before, what is known of earlier rounds is forgotten.
 
-use super::operator::{Chunk, Row};
+use super::delassus::{Chunk, Row};
 use super::problem::{Matrix, Unknown, View};
 use crate::kernel::flat::{flat, flat_mut};
 

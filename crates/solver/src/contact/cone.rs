@@ -1,6 +1,6 @@
 //! The law of one contact: it presses or is open, sticks or slides.
 
-use super::operator::{Block3, Row};
+use super::delassus::{Block3, Row};
 
 /// Coulomb's law: friction is at most this share of the normal impulse, whatever that comes to.
 #[derive(Clone, Copy, Debug)]

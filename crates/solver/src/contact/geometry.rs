@@ -6,16 +6,16 @@ use nalgebra::Vector3;
 use rod::{Friction, ObstacleShape};
 
 use super::convert::{to_kernel, to_nalgebra};
-use super::detect::are_parallel;
 use super::key::{Feature, Key, Partner, key, words};
+use super::mesh_contacts::Carrier;
+use super::narrow_phase::are_parallel;
 use super::obstacles::Placed;
-use super::parts::Carrier;
 use super::sets::Sets;
 use super::stiffness::tilt_arms;
 use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 /// Squared sine of the angle between two axes below which their nearest places may stay where they were.
 const NEARLY_PARALLEL: f64 = 0.1;
@@ -101,7 +101,7 @@ pub(crate) struct Contact {
     /// Compliance along and across the normal to its own impulse, as of the last solve; 0 before.
     pub(crate) compliance: [f64; 2],
     /// The time by whose square its impulse is a force [s]: see [`Component::effective_dt`]; 0 before the first.
-    pub(crate) span: f64,
+    pub(crate) effective_dt: f64,
     /// Error, relative to the radius.
     pub(crate) residual: f64,
     /// Smaller radius of the two [m].
@@ -115,15 +115,15 @@ pub(crate) struct Contact {
     /// Where on the two axes the places of contact are, from 0 to 1.
     places: [f64; 2],
     /// By how much other places on axes that are nearly parallel must be nearer to take the place of those before [m].
-    pub(crate) steady: f64,
+    pub(crate) hysteresis: f64,
     /// By how much other places are nearer \[m\].
-    pub(crate) nearer: f64,
+    pub(crate) closer_by: f64,
     /// What its force is multiplied by to be the stiffness against a tilt of each axis: see `stiffness.rs` \[m\].
     pub(super) tilt_arms: [f64; 2],
     /// Whether another contact holds the same places apart.
-    pub(crate) doubled: bool,
+    pub(crate) is_duplicate: bool,
     /// Whether a deeper contact with the same mesh is solved for first.
-    pub(crate) waits: bool,
+    pub(crate) is_deferred: bool,
 }
 
 /// Positions of all that can touch, in one step.
@@ -219,41 +219,41 @@ impl Contact {
             guess: [0.0; 3],
             pressed: 0,
             compliance: [0.0; 2],
-            span: 0.0,
+            effective_dt: 0.0,
             residual: 0.0,
             radius,
             ends: [None; 2],
             gap_at_start: f64::NEG_INFINITY,
             is_left_out: false,
             places: [0.5; 2],
-            steady: 0.0,
-            nearer: 0.0,
+            hysteresis: 0.0,
+            closer_by: 0.0,
             tilt_arms: [0.0; 2],
-            doubled: false,
-            waits: false,
+            is_duplicate: false,
+            is_deferred: false,
         }
     }
 
-    /// One that a tape will fill.
+    /// One that a visitor will fill.
     pub(crate) fn blank() -> Self {
         Self::new((0, Partner::Obstacle(0), Feature::Nearest), Friction::default(), 0.0)
     }
 
-    /// Shows a tape what the next step takes over from a contact that presses, and what is read off between steps.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+    /// Shows a visitor what the next step takes over from a contact that presses, and what is read off between steps.
+    pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         let mut own = words(self.key);
-        own.iter_mut().for_each(|word| tape.word(word));
+        own.iter_mut().for_each(|word| visitor.word(word));
         self.key = key(own);
         let [now, before] = &mut self.slips_at;
         for vector in self.arms.iter_mut().chain([&mut self.normal, &mut self.slip, &mut self.impulse, now, before]) {
-            tape.vector(vector);
+            visitor.vector(vector);
         }
         let Friction { at_rest, sliding } = &mut self.friction;
-        for number in [&mut self.target, &mut self.radius, &mut self.span, at_rest, sliding] {
-            tape.number(number);
+        for number in [&mut self.target, &mut self.radius, &mut self.effective_dt, at_rest, sliding] {
+            visitor.number(number);
         }
         let mut pressed = self.pressed as usize;
-        tape.count(&mut pressed);
+        visitor.count(&mut pressed);
         self.pressed = pressed as u32;
         self.frame = frame(self.normal);
     }
@@ -333,7 +333,7 @@ impl Contact {
             _ => [None; 2],
         };
         // An end beyond the other axis is no end of the line along which the two touch.
-        self.doubled = match feature {
+        self.is_duplicate = match feature {
             Feature::Nearest | Feature::Corner(_) | Feature::Face(_) | Feature::Edge(_) => false,
             Feature::Own(_) => t <= 0.0 || t >= 1.0,
             Feature::Partners(_) => s <= 0.0 || s >= 1.0,
@@ -354,7 +354,7 @@ impl Contact {
             && (has_crossed || to_kernel(&hit.normal).dot(normal) < 0.0 || distance == 0.0)
         {
             // Ends follow when the nearest places are back where they belong.
-            self.doubled |= feature != Feature::Nearest;
+            self.is_duplicate |= feature != Feature::Nearest;
             self.ends = [None; 2];
             self.places = [hit.s, hit.t];
             (a, b, normal) = (own.at(hit.s), other.at(hit.t), to_kernel(&hit.normal));
@@ -380,7 +380,7 @@ impl Contact {
             self.distance = self.gap;
         }
         if poses == Poses::Settling && direction.is_some() {
-            self.distance = distance - self.nearer - reach;
+            self.distance = distance - self.closer_by - reach;
         }
         direction
     }
@@ -390,21 +390,21 @@ impl Contact {
     /// places from one end to the other, and with them the torques of the contact's force: what solves for the balance of torques would
     /// follow them to and fro.
     fn steadied(&mut self, own: &Side, other: &Side, nearest: [f64; 2], poses: Poses) -> [f64; 2] {
-        self.nearer = 0.0;
+        self.closer_by = 0.0;
         let before = self.places;
-        let moves = self.steady > 0.0 && self.normal != Vec3::zero() && before != nearest;
+        let moves = self.hysteresis > 0.0 && self.normal != Vec3::zero() && before != nearest;
         if !moves || !are_parallel(own.ends, other.ends, NEARLY_PARALLEL) {
             return nearest;
         }
         let distance = |[s, t]: [f64; 2]| (own.at(s) - other.at(t)).norm_squared().sqrt();
-        if distance(before) - distance(nearest) <= self.steady {
+        if distance(before) - distance(nearest) <= self.hysteresis {
             return before;
         }
         if poses != Poses::Settling {
             return nearest;
         }
         let between = [0, 1].map(|k| 0.5 * (before[k] + nearest[k]));
-        self.nearer = distance(between) - distance(nearest);
+        self.closer_by = distance(between) - distance(nearest);
         between
     }
 

@@ -7,8 +7,8 @@ use collision::{Aabb, SpatialHash};
 use nalgebra::Vector3;
 
 use super::geometry::Shape;
+use super::island_contacts::IslandContacts;
 use super::shared::Shared;
-use super::stage::Stage;
 use crate::connected_set::ConnectedSet;
 
 /// Which connected sets are of one island, and in which order.
@@ -116,7 +116,7 @@ impl Islands {
     }
 
     /// Hands the contacts that were found to the islands.
-    pub(crate) fn deal(&self, shared: &mut Shared, stages: &mut [Stage]) {
+    pub(crate) fn deal(&self, shared: &mut Shared, stages: &mut [IslandContacts]) {
         for contact in shared.found.drain(..) {
             let component = shared.detector.shapes()[contact.key.0 as usize].component;
             stages[self.of(component) as usize].take(contact);
@@ -128,7 +128,7 @@ impl Islands {
     pub(crate) fn link_meetings(
         &mut self,
         shared: &Shared,
-        stages: &[Stage],
+        stages: &[IslandContacts],
         sets: &[Box<ConnectedSet>],
         is_whole: impl Fn(u32) -> bool,
     ) -> bool {

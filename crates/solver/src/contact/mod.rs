@@ -3,50 +3,50 @@
 //! A simulation whose model has nothing to touch builds none of this.
 
 mod anderson;
+mod assemble;
+mod broad_phase;
 mod buckets;
 mod cone;
 mod convert;
-mod coupling;
-mod detect;
+mod culling;
+mod delassus;
+mod duplicates;
 mod exclusion;
 mod force;
+mod gauss_seidel;
 mod geometry;
-mod halves;
-mod impulses;
+mod island_contacts;
 mod islands;
 mod key;
-mod memory;
+mod mesh_contacts;
+mod narrow_phase;
 mod newton;
 mod obstacles;
-mod operator;
 mod overlap;
-mod parts;
+mod partition;
 mod problem;
-mod reach;
-mod rounds;
-mod search;
+mod redundant_pairs;
 mod sets;
 mod shared;
-mod shared_ends;
-mod solids;
-mod stage;
+mod solid_contacts;
+mod solve;
 mod stiffness;
 #[cfg(test)]
 mod testing;
-mod twins;
+mod warm_start;
 
 pub use force::{ContactForce, Touched, contact_wrenches};
 pub use overlap::{Overlap, Overlapped};
 
+pub(crate) use culling::MotionBounds;
+pub(crate) use duplicates::share_ends;
 pub(crate) use exclusion::PairFilter;
 pub(crate) use geometry::Shape;
+pub(crate) use island_contacts::{IslandContacts, Touching};
 pub(crate) use islands::Islands;
 pub(crate) use overlap::refuse_overlaps;
-pub(crate) use reach::Ways;
 pub(crate) use sets::Sets;
 pub(crate) use shared::Shared;
-pub(crate) use shared_ends::share_ends;
-pub(crate) use stage::{Stage, Touching};
 
 /// More contacts press at once than there is memory for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

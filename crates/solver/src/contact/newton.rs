@@ -10,7 +10,7 @@ use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
 
 use super::cone::{length, natural_residual};
-use super::operator::{Chunk, Row};
+use super::delassus::{Chunk, Row};
 use super::problem::Problem;
 use crate::contact_params::ContactParams;
 use crate::kernel::dispatch::vectorized;
@@ -90,13 +90,13 @@ impl Newton {
     /// Improves the problem's impulses as long as an iteration helps, until they are within `tolerance`.
     pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> Tried {
         if self.damping == 0.0 {
-            self.damping = params.newton_damping_start;
+            self.damping = params.initial_newton_damping;
         }
         problem.refresh();
         let mut now = self.measure(problem);
         let first = now.squares;
-        for _ in 0..params.newton_iterations {
-            if now.largest <= tolerance || !self.find_step(problem, params.newton_unknowns) {
+        for _ in 0..params.max_newton_iterations {
+            if now.largest <= tolerance || !self.find_step(problem, params.max_newton_unknowns) {
                 break;
             }
             self.before.clear();
@@ -105,7 +105,7 @@ impl Newton {
             self.moved_before.extend_from_slice(problem.all_moved());
             let mut part = 1.0;
             let mut next = None;
-            for _ in 0..params.newton_halvings {
+            for _ in 0..params.max_newton_halvings {
                 // From where they were each time: a long step that is not taken leaves no rounding errors.
                 problem.restore(&self.before, &self.moved_before);
                 let (before, step) = (&self.before, &self.step);
@@ -124,17 +124,17 @@ impl Newton {
                 part *= 0.5;
             }
             let Some(merit) = next else {
-                self.damping *= params.newton_damping_rise;
+                self.damping *= params.newton_damping_increase;
                 problem.restore(&self.before, &self.moved_before);
-                if self.damping > params.newton_damping_most {
-                    self.damping = params.newton_damping_most;
+                if self.damping > params.max_newton_damping {
+                    self.damping = params.max_newton_damping;
                     break;
                 }
                 now = self.measure(problem);
                 continue;
             };
             if part == 1.0 {
-                self.damping = (self.damping * params.newton_damping_fall).max(params.newton_damping_least);
+                self.damping = (self.damping * params.newton_damping_decrease).max(params.min_newton_damping);
             }
             now = merit;
         }

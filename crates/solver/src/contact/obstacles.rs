@@ -8,11 +8,11 @@ use rod::{Carried, Motion, Obstacle, ObstacleShape, Pose, Surface};
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::geometry::{Poses, Side};
-use super::parts::Carrier;
+use super::mesh_contacts::Carrier;
 use crate::component::{BodyPose, LARGEST_TURN, in_kernel};
 use crate::kernel::Spatial;
 use crate::kernel::math::{Quat, Vec3};
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 use crate::step::Interval;
 
 /// An obstacle at the start and at the end of a step.
@@ -65,9 +65,9 @@ impl Placed {
         self.obstacle.motion = Some(motion.clone());
     }
 
-    /// Shows a tape what moves it.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
-        tape.obstacle_motion(&mut self.obstacle.motion);
+    /// Shows a visitor what moves it.
+    pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        visitor.obstacle_motion(&mut self.obstacle.motion);
         if self.obstacle.motion.is_none() {
             self.shapes = [self.obstacle.shape.clone(), self.obstacle.shape.clone()];
             self.poses = [in_kernel(&self.obstacle.at(0.0)).0; 2];

@@ -13,8 +13,8 @@
 use std::ops::Range;
 
 use super::cone::{Coulomb, Own, natural_residual};
-use super::halves::Halves;
-use super::operator::{Block3, Chunk, Moved, Operator, Row};
+use super::delassus::{Block3, Chunk, Delassus, Moved, Row};
+use super::partition::Partition;
 use crate::kernel::dispatch::vectorized;
 use crate::kernel::lane::Real;
 
@@ -39,18 +39,18 @@ pub(crate) struct Problem {
     unknowns: Vec<Unknown>,
     own: Vec<Own>,
     /// W.
-    pub(crate) operator: Operator,
+    pub(crate) operator: Delassus,
     /// `W dz`, by groups.
     moved: Vec<Chunk>,
     /// Which contacts are solved side by side.
-    pub(crate) halves: Halves,
+    pub(crate) partition: Partition,
 }
 
 /// What stays of a problem while it is solved.
 #[derive(Clone, Copy)]
 pub(crate) struct Matrix<'a> {
     own: &'a [Own],
-    pub(crate) operator: &'a Operator,
+    pub(crate) operator: &'a Delassus,
 }
 
 /// Contacts side by side and what their changes move: all, or a part that shares no connected set with others.
@@ -69,7 +69,7 @@ impl Problem {
         self.own.clear();
         self.own.extend((0..self.unknowns.len()).map(|contact| Own::new(self.operator.diagonal(contact))));
         self.moved.resize(self.operator.moved_len(), Chunk::zero());
-        self.halves.close(&self.operator, self.unknowns.len());
+        self.partition.close(&self.operator, self.unknowns.len());
         self.refresh();
     }
 
@@ -100,9 +100,9 @@ impl Problem {
 
     /// What stays while it is solved, the contacts, and `W dz` by groups.
     #[inline(always)]
-    pub(crate) fn split(&mut self) -> (Matrix<'_>, &Halves, &mut [Unknown], &mut [Chunk]) {
-        let Self { unknowns, own, operator, moved, halves } = self;
-        (Matrix { own, operator }, halves, unknowns, moved)
+    pub(crate) fn split(&mut self) -> (Matrix<'_>, &Partition, &mut [Unknown], &mut [Chunk]) {
+        let Self { unknowns, own, operator, moved, partition } = self;
+        (Matrix { own, operator }, partition, unknowns, moved)
     }
 
     /// What stays while it is solved.
@@ -141,7 +141,7 @@ impl Problem {
     /// Forgets all contacts.
     pub(crate) fn clear(&mut self) {
         self.unknowns.clear();
-        self.halves.clear();
+        self.partition.clear();
     }
 
     /// The contacts.

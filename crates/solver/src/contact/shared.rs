@@ -3,30 +3,30 @@
 use nalgebra::Vector3;
 use rod::{Carried, Model};
 
+use super::broad_phase::BroadPhase;
 use super::convert::to_nalgebra;
-use super::detect::Detector;
 use super::exclusion::PairFilter;
 use super::force::{ContactForce, Touched};
 use super::geometry::{Contact, Shape};
-use super::memory::{self, Pressed};
-use super::search::Search;
+use super::island_contacts::IslandContacts;
+use super::narrow_phase::NarrowPhase;
 use super::sets::Sets;
-use super::stage::Stage;
+use super::warm_start::{self, Pressed};
 use crate::connected_set::ConnectedSet;
 use crate::contact_params::ContactParams;
 use crate::counters::Counters;
 use crate::formulation::ContactProjection;
 use crate::kernel::math::Vec3;
-use crate::linear::response::Response;
+use crate::linear::compliance::Compliance;
 use crate::linear::sparse::SparseError;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 use crate::step::{Interval, StepParams};
 
 /// What all islands share. It stays as it is while they are worked on.
 pub(crate) struct Shared {
-    pub(crate) detector: Detector,
+    pub(crate) detector: NarrowPhase,
     /// The search at the start of a step, among all segments.
-    pub(super) search: Search,
+    pub(super) search: BroadPhase,
     /// Contacts that pressed at the end of the last step, in the order of their keys.
     pub(crate) pressing: Vec<Contact>,
     /// What of them pressed on meshes.
@@ -46,10 +46,10 @@ pub(crate) struct Shared {
 impl Shared {
     /// For a model whose segments are found at `shapes`, of those pairs that pass the `filter`.
     pub(crate) fn new(model: &Model, shapes: Vec<Shape>, filter: PairFilter, params: &StepParams) -> Self {
-        let mut search = Search::default();
+        let mut search = BroadPhase::default();
         search.of(0..shapes.len() as u32);
         Self {
-            detector: Detector::new(model, shapes, filter, params.contact),
+            detector: NarrowPhase::new(model, shapes, filter, params.contact),
             search,
             pressing: Vec::new(),
             pressed: Vec::new(),
@@ -66,8 +66,8 @@ impl Shared {
     ///
     /// # Errors
     /// If its factor would be too large.
-    pub(crate) fn response(&self, set: &ConnectedSet) -> Result<Response, SparseError> {
-        Response::new(&set.component.system, self.with_joints)
+    pub(crate) fn response(&self, set: &ConnectedSet) -> Result<Compliance, SparseError> {
+        Compliance::new(&set.component.system, self.with_joints)
     }
 
     /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
@@ -85,19 +85,19 @@ impl Shared {
         self.detector.set_free(segment, free);
     }
 
-    /// Shows a tape what the next step takes over: of contacts, those that press.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
-        tape.number(&mut self.slow);
-        self.detector.tape(tape);
+    /// Shows a visitor what the next step takes over: of contacts, those that press.
+    pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        visitor.number(&mut self.slow);
+        self.detector.visit_state(visitor);
         let mut count = self.pressing.len();
-        tape.count(&mut count);
-        if tape.is_reading() {
+        visitor.count(&mut count);
+        if visitor.is_reading() {
             self.pressing.clear();
             self.pressing.resize_with(count, Contact::blank);
         }
-        self.pressing.iter_mut().for_each(|contact| contact.tape(tape));
-        if tape.is_reading() {
-            memory::note_pressed(self.pressing.iter(), &mut self.pressed);
+        self.pressing.iter_mut().for_each(|contact| contact.visit_state(visitor));
+        if visitor.is_reading() {
+            warm_start::note_pressed(self.pressing.iter(), &mut self.pressed);
         }
     }
 
@@ -108,7 +108,7 @@ impl Shared {
             let (segment, partner, _) = contact.key;
             let shape = &shapes[segment as usize];
             let centre = sets[shape.component as usize].component.poses[shape.body as usize].x;
-            let per_dt2 = if contact.span > 0.0 { contact.span.powi(-2) } else { 0.0 };
+            let per_dt2 = if contact.effective_dt > 0.0 { contact.effective_dt.powi(-2) } else { 0.0 };
             ContactForce {
                 segment: segment as usize,
                 other: match partner.segment() {
@@ -128,11 +128,11 @@ impl Shared {
         self.detector.place_obstacles(interval);
         self.found.clone_from(&self.pressing);
         let Self { detector, search, found, remembered, .. } = self;
-        memory::find(detector, search, false, components, found, remembered, counters);
+        warm_start::find(detector, search, false, components, found, remembered, counters);
     }
 
     /// Takes over what presses at the end of a step, from all islands.
-    pub(crate) fn keep<'a>(&mut self, stages: impl Iterator<Item = &'a Stage>) {
+    pub(crate) fn keep<'a>(&mut self, stages: impl Iterator<Item = &'a IslandContacts>) {
         self.pressing.clear();
         for stage in stages {
             self.pressing.extend(stage.contacts().iter().filter(|contact| contact.impulse != Vec3::zero()));
@@ -140,7 +140,7 @@ impl Shared {
         self.pressing.sort_unstable_by_key(|contact| contact.key);
         self.pressed.clear();
         if self.detector.has_meshes() {
-            memory::note_pressed(self.pressing.iter(), &mut self.pressed);
+            warm_start::note_pressed(self.pressing.iter(), &mut self.pressed);
         }
     }
 }

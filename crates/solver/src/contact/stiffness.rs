@@ -13,9 +13,7 @@
 //! axes that are nearly parallel, and on those that lie on a large sphere, swing from iteration to iteration. It changes the matrix, and no
 //! solution ([figures](../../../../docs/decisions/stopping.md)).
 
-use super::geometry::{Contact, Shape};
-use super::sets::Sets;
-use crate::kernel::math::{Sym3, Vec3};
+use crate::kernel::math::Vec3;
 
 /// Least `1 - |c|`: axes nearer to each other touch along a line, whose ends hold them.
 const LEAST: f64 = 1e-3;
@@ -28,20 +26,6 @@ pub(super) fn tilt_arms(axes: [[Vec3<f64>; 2]; 2], moves: [bool; 2], distance: f
         _ => 1.0,
     };
     moves.map(|moves| if moves { distance / apart.max(LEAST) } else { 0.0 })
-}
-
-impl Contact {
-    /// Adds the contact's geometric stiffness to that of its bodies.
-    pub(super) fn stiffen(&self, shapes: &[Shape], components: &mut Sets<'_>) {
-        let force = self.impulse.dot(self.normal).max(0.0);
-        let sides = [Some(self.key.0), self.key.1.segment()];
-        for (index, arm) in sides.into_iter().zip(self.tilt_arms).filter(|(_, arm)| *arm > 0.0) {
-            let Some(Shape { component, body, .. }) = index.map(|index| &shapes[index as usize]) else { continue };
-            let component = &mut components[*component as usize].component;
-            let tilt = component.poses[*body as usize].q.axis().cross(self.normal);
-            component.contact_stiffness[*body as usize] += Sym3::outer(tilt, force * arm);
-        }
-    }
 }
 
 #[cfg(test)]

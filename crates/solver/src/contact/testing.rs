@@ -5,17 +5,17 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use rod::{Assembly, Material, Model, RodSpec, State, Surface, shape};
 
-use super::detect::Detector;
+use super::broad_phase::BroadPhase;
 use super::exclusion::PairFilter;
 use super::geometry::Contact;
-use super::search::Search;
+use super::narrow_phase::NarrowPhase;
 use super::{Sets, Shape, share_ends};
 use crate::component::{Component, split};
 use crate::connected_set::{ConnectedSet, Projector, Touch};
 use crate::contact_params::ContactParams;
 use crate::formulation::Formulation;
 use crate::kernel::Spatial;
-use crate::linear::response::Response;
+use crate::linear::compliance::Compliance;
 use crate::linear::solvers::SolverKind;
 
 /// A straight rod: its centre and the whole way along it [m], segments, radius [m] and velocity [m/s].
@@ -71,16 +71,16 @@ impl Rods {
     }
 
     /// Their contacts, and what has found them.
-    pub(super) fn find(&mut self) -> (Detector, Search, Vec<Contact>) {
-        let (detector, mut search, mut contacts) = (self.detector(), Search::default(), Vec::new());
+    pub(super) fn find(&mut self) -> (NarrowPhase, BroadPhase, Vec<Contact>) {
+        let (detector, mut search, mut contacts) = (self.detector(), BroadPhase::default(), Vec::new());
         search.of(0..self.shapes.len() as u32);
         detector.detect(&mut search, false, &self.all(), &mut contacts);
         (detector, search, contacts)
     }
 
     /// What finds their contacts.
-    fn detector(&self) -> Detector {
-        Detector::new(&self.model, self.shapes.clone(), PairFilter::new(&self.model), ContactParams::DEFAULT)
+    fn detector(&self) -> NarrowPhase {
+        NarrowPhase::new(&self.model, self.shapes.clone(), PairFilter::new(&self.model), ContactParams::DEFAULT)
     }
 }
 
@@ -91,7 +91,7 @@ fn sets(model: &Model, state: &State) -> Vec<Box<ConnectedSet>> {
         let mut component = Component::new(model, state, Arc::new(topology), &[&members]);
         component.pushes = vec![Spatial::zero(); component.poses.len()];
         component.pushed = component.pushes.clone();
-        let response = Response::new(&component.system, true).expect("a factor");
+        let response = Compliance::new(&component.system, true).expect("a factor");
         let mut set = ConnectedSet::new(component, members, Projector::Solve { solver, guess: None });
         set.touch = Some(Box::new(Touch::new(number, response)));
         Box::new(set)

@@ -11,8 +11,8 @@ use nalgebra::{SVector, Vector3};
 use rod::Model;
 
 use super::duals::Duals;
-use super::gains::Gains;
 use super::origin::Origin;
+use super::parameter_gradient::ParameterGradient;
 use super::replay::Replay;
 use super::wanted::{Pair, Wanted};
 use super::{DerivativeError, StateVariation, Substep, Variation};
@@ -36,7 +36,7 @@ pub(super) struct Adjoint<T> {
     is_told: bool,
     /// Those with respect to what joints transmit, force and moment; empty where nobody asks.
     transmitted: Vec<Spatial<T>>,
-    gains: Gains<T>,
+    gains: ParameterGradient<T>,
     memory: Memory<T>,
 }
 
@@ -98,7 +98,7 @@ impl<T: Real> Adjoint<T> {
             told: vec![Spatial::zero(); bodies],
             is_told: false,
             transmitted: Vec::new(),
-            gains: Gains::zero(sets.len(), [topology.joints.len(), bodies]),
+            gains: ParameterGradient::zero(sets.len(), [topology.joints.len(), bodies]),
             memory,
             sets,
         })
@@ -123,7 +123,7 @@ impl<T: Real> Adjoint<T> {
         self.told.fill(Spatial::zero());
         self.is_told = false;
         self.transmitted.clear();
-        self.gains = Gains::zero(self.sets.len(), [self.replay.topology.joints.len(), self.bars.len()]);
+        self.gains = ParameterGradient::zero(self.sets.len(), [self.replay.topology.joints.len(), self.bars.len()]);
     }
 
     /// A fixed segment that nothing moves stays where it began.

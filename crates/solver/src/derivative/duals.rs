@@ -6,8 +6,8 @@ use nalgebra::{Vector3, Vector6};
 use rod::Model;
 
 use super::Substep;
-use super::gains::Gains;
 use super::origin::Origin;
+use super::parameter_gradient::ParameterGradient;
 use super::replay::component;
 use super::wanted::Wanted;
 use crate::component::{BodyBar, BodyGradient, Component, Group, Members};
@@ -73,7 +73,7 @@ impl Duals {
         (model, members, lane): (&Model, &Members, usize),
         (inverse_mass, gradients, wanted): (&dyn Fn(usize) -> f64, &mut [BodyGradient<f64>], Wanted),
         start: &mut [BodyBar],
-        out: &mut Gains<T>,
+        out: &mut ParameterGradient<T>,
     ) {
         let Self { component, groups } = self;
         let free: Vec<usize> = (0..component.segments()).filter(|&body| !component.is_still(body)).collect();

@@ -54,6 +54,7 @@ fn solved(model: &Model, settings: &Settings) -> Result<Settings, DerivativeErro
     let exact = !touches && split(model).iter().all(|(_, topology)| Elimination::<f64>::new(topology).is_some());
     let step = StepParams {
         relative_tolerance: settings.step.relative_tolerance.min(1e-10),
+        motion_tolerance: settings.step.motion_tolerance.min(1e-10),
         absolute_tolerance: settings.step.absolute_tolerance.min(1e-12),
         contact_tolerance: settings.step.contact_tolerance.min(CONTACT_TOLERANCE),
         tangent: if exact { Tangent::Exact } else { Tangent::Positive },

@@ -11,7 +11,7 @@
 use super::{InitialGuess, StepExtrapolation};
 use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 /// What an evaluation of constraints and residuals costs, in outer iterations, of which it is a part. A start takes one
 /// more than the prediction, and one that is dropped takes two.
@@ -114,11 +114,11 @@ impl InitialGuess for StepAdaptive {
         }
     }
 
-    fn tape(&mut self, tape: &mut Tape<'_>) {
+    fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         let Self { parabola, means, counts, is_pressed, done, guesses: _ } = self;
-        parabola.tape(tape);
-        means.iter_mut().for_each(|mean| tape.number(mean));
-        counts.iter_mut().chain(done).for_each(|count| tape.word(count));
-        tape.flag(is_pressed);
+        parabola.visit_state(visitor);
+        means.iter_mut().for_each(|mean| visitor.number(mean));
+        counts.iter_mut().chain(done).for_each(|count| visitor.word(count));
+        visitor.flag(is_pressed);
     }
 }

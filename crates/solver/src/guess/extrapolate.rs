@@ -4,7 +4,7 @@ use super::history::SolveHistory;
 use super::{InitialGuess, from_body_frame};
 use crate::component::Component;
 use crate::kernel::Spatial;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 /// Starts linear solves from an extrapolation in body frames.
 #[derive(Clone, Debug)]
@@ -49,7 +49,7 @@ impl InitialGuess for Extrapolation {
         self.history.accept();
     }
 
-    fn tape(&mut self, tape: &mut Tape<'_>) {
-        self.history.tape(tape);
+    fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        self.history.visit_state(visitor);
     }
 }

@@ -12,7 +12,7 @@ use crate::component::Component;
 use crate::kernel::Spatial;
 use crate::kernel::dispatch::vectorized;
 use crate::linear::operator::Operator;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 use crate::system::System;
 use crate::topology::Topology;
 
@@ -129,7 +129,7 @@ impl InitialGuess for Fischer {
         self.history.accept();
     }
 
-    fn tape(&mut self, tape: &mut Tape<'_>) {
-        self.history.tape(tape);
+    fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        self.history.visit_state(visitor);
     }
 }

@@ -7,7 +7,7 @@
 use super::to_body_frame;
 use crate::component::Component;
 use crate::kernel::Spatial;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 /// How many outer iterations of a step have a history of their own; later ones have none.
 pub(crate) const TRACKED_ITERATIONS: usize = 8;
@@ -59,18 +59,18 @@ impl Ring {
         }
     }
 
-    /// Shows a tape the entries that count.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+    /// Shows a visitor the entries that count.
+    pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         let depth = self.entries.len();
-        tape.size(depth);
-        tape.size(self.entries[0].values.len());
-        tape.count(&mut self.newest);
-        tape.count(&mut self.len);
+        visitor.size(depth);
+        visitor.size(self.entries[0].values.len());
+        visitor.count(&mut self.newest);
+        visitor.count(&mut self.len);
         for age in 0..self.len {
             let Entry { attempt, dt, values } = &mut self.entries[(self.newest + depth - age) % depth];
-            tape.word(attempt);
-            tape.number(dt);
-            values.iter_mut().for_each(|value| tape.spatial(value));
+            visitor.word(attempt);
+            visitor.number(dt);
+            values.iter_mut().for_each(|value| visitor.spatial(value));
         }
     }
 
@@ -161,14 +161,14 @@ impl SolveHistory {
         });
     }
 
-    /// Shows all of it to a tape.
-    pub(crate) fn tape(&mut self, tape: &mut Tape<'_>) {
+    /// Shows all of it to a visitor.
+    pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         let Self { rings, attempt, dt, is_open, is_accepted } = self;
-        rings.iter_mut().for_each(|ring| ring.tape(tape));
-        tape.word(attempt);
-        tape.number(dt);
-        tape.flag(is_open);
-        tape.flag(is_accepted);
+        rings.iter_mut().for_each(|ring| ring.visit_state(visitor));
+        visitor.word(attempt);
+        visitor.number(dt);
+        visitor.flag(is_open);
+        visitor.flag(is_accepted);
     }
 
     /// A whole step was accepted.

@@ -15,7 +15,7 @@ mod step;
 
 use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 use crate::system::System;
 
 pub use adaptive::StepAdaptive;
@@ -67,11 +67,11 @@ pub trait InitialGuess: Send + Sync {
         let _ = component;
     }
 
-    /// Shows a tape all that it has learned, so that snapshots of the simulation keep it. The default is for a guess that
+    /// Shows a visitor all that it has learned, so that snapshots of the simulation keep it. The default is for a guess that
     /// remembers nothing. Where one that does leaves this out, a simulation goes on from a snapshot as exactly as before,
     /// but not with the same bits.
-    fn tape(&mut self, tape: &mut Tape<'_>) {
-        let _ = tape;
+    fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        let _ = visitor;
     }
 }
 

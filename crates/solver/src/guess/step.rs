@@ -11,7 +11,7 @@ use super::InitialGuess;
 use super::history::Ring;
 use crate::component::{BodyPose, Component};
 use crate::kernel::Spatial;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 /// Starts whole steps from an extrapolation in body frames.
 #[derive(Clone, Debug)]
@@ -103,8 +103,8 @@ impl InitialGuess for StepExtrapolation {
         });
     }
 
-    fn tape(&mut self, tape: &mut Tape<'_>) {
-        self.ring.tape(tape);
-        tape.word(&mut self.steps);
+    fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        self.ring.visit_state(visitor);
+        visitor.word(&mut self.steps);
     }
 }

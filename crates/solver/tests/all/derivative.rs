@@ -21,6 +21,7 @@ fn settings_of(integrator: Integrator) -> Settings {
         formulation: Formulation::Newton,
         integrator,
         relative_tolerance: 1e-13,
+        motion_tolerance: 1e-13,
         absolute_tolerance: 1e-14,
         max_iterations: 60,
         ..StepParams::DEFAULT

@@ -334,6 +334,7 @@ fn reactions_balance_while_grips_change() {
     let weight: f64 = model.segments.iter().map(|segment| 9.81 * segment.mass()).sum();
     let step = StepParams {
         relative_tolerance: 1e-10,
+        motion_tolerance: 1e-10,
         absolute_tolerance: 1e-10,
         max_iterations: 60,
         formulation: Formulation::Newton,

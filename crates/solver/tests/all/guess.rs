@@ -133,7 +133,7 @@ fn simulated(
     dt: &dyn Fn(usize) -> f64,
 ) -> (State, Counters) {
     let (model, state) = scene;
-    let step = StepParams { formulation, relative_tolerance: 1e-7, ..StepParams::default() };
+    let step = StepParams { formulation, relative_tolerance: 1e-7, motion_tolerance: 1e-7, ..StepParams::default() };
     let factory = |model: &Model, members: &Members, topology: &Topology| guess.build(model, members, topology);
     let mut simulation = Simulation::new(model, state, &Settings { step, solver }, Some(&factory)).unwrap();
     for k in 0..30 {
@@ -320,7 +320,12 @@ fn a_step_that_does_not_converge_from_its_guess_is_done_again_from_the_predictio
 #[test]
 fn a_step_that_still_converges_at_the_cap_goes_on_where_it_would_be_halved() {
     let (model, state) = rod(3.0, 25, 0.05, material(1e5, 1000.0));
-    let step = StepParams { formulation: Formulation::Newton, relative_tolerance: 1e-9, ..StepParams::default() };
+    let step = StepParams {
+        formulation: Formulation::Newton,
+        relative_tolerance: 1e-9,
+        motion_tolerance: 1e-9,
+        ..StepParams::default()
+    };
     let run = |max_iterations: usize, max_halvings: u32| {
         let settings = Settings { step: StepParams { max_iterations, max_halvings, ..step }, ..Settings::default() };
         let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();

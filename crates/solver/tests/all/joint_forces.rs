@@ -38,7 +38,12 @@ fn joints_of_a_hanging_rod_carry_what_is_below_them() {
         let (model, state) = hanging(rods);
         for (dt, steps) in [(DT, 50), (0.5 * DT, 100)] {
             for formulation in Formulation::ALL {
-                let step = StepParams { formulation, relative_tolerance: 1e-10, ..StepParams::DEFAULT };
+                let step = StepParams {
+                    formulation,
+                    relative_tolerance: 1e-10,
+                    motion_tolerance: 1e-10,
+                    ..StepParams::DEFAULT
+                };
                 let forces = forces_after(&model, &state, &Settings { step, ..Settings::default() }, dt, steps);
                 for (force, joint) in forces.iter().zip(&model.joints) {
                     let lower = match (joint.a, joint.b) {
@@ -75,8 +80,13 @@ fn a_cantilever_carries_the_moment_of_its_tip_load() {
     assert!(report.converged);
     let end = state.positions[rod.end - 1] + state.axis(rod.end - 1) * offset;
     for formulation in Formulation::ALL {
-        let step =
-            StepParams { formulation, relative_tolerance: 1e-12, absolute_tolerance: 1e-12, ..StepParams::DEFAULT };
+        let step = StepParams {
+            formulation,
+            relative_tolerance: 1e-12,
+            motion_tolerance: 1e-12,
+            absolute_tolerance: 1e-12,
+            ..StepParams::DEFAULT
+        };
         let forces = forces_after(&model, &state, &Settings { step, ..Settings::default() }, DT, 1);
         for (force, joint) in forces.iter().zip(&model.joints) {
             let a = model.pose(joint.a, &state);

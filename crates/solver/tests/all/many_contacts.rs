@@ -18,14 +18,14 @@ fn too_many_contacts_are_said_and_no_step_is_halved() {
     let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Unit::new_normalize(Vector3::z()) };
     model.contacts.obstacles.push(Obstacle::new(ground, Surface::default()));
     for contact_projection in [ContactProjection::Coupled, ContactProjection::Alternating] {
-        for most_blocks in [81, 80] {
+        for max_blocks in [81, 80] {
             let mut settings = Settings::default();
             settings.step.contact_projection = contact_projection;
-            settings.step.contact.most_blocks = most_blocks;
+            settings.step.contact.max_blocks = max_blocks;
             let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
             let status = simulation.step(0.02).unwrap().status;
             let counters = simulation.counters();
-            if most_blocks == 81 {
+            if max_blocks == 81 {
                 assert!(status <= Status::ConvergedInSubsteps, "{contact_projection:?}: {status:?}");
                 assert!(counters.contact_solves > 0);
                 continue;

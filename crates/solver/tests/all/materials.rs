@@ -104,7 +104,7 @@ fn every_solver_solves_the_same_system() {
 fn newton_ends_in_few_iterations() {
     for (name, model, state) in models() {
         let mut settings = settings(Formulation::Newton, SolverKind::Direct);
-        settings.step.relative_tolerance = 1e-9;
+        (settings.step.relative_tolerance, settings.step.motion_tolerance) = (1e-9, 1e-9);
         let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
         for step in 0..20 {
             let report = simulation.step(0.005).unwrap();

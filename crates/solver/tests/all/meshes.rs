@@ -404,7 +404,7 @@ fn a_body_and_the_rod_that_hits_it_keep_their_momentum() {
         let mut end = state.clone();
         let mut settings = sharp();
         // Motions to 1e-6 radii, too, which is what they are compared by.
-        settings.step.contact.motion = 1.0;
+        settings.step.contact.motion_tolerance = 1.0;
         run((&model, &state), &settings, 40, |step, now| {
             assert!((momentum(now) - before).norm() < 1e-9 * before.norm(), "step {step}");
             end.clone_from(now);

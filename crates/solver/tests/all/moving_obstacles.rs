@@ -267,7 +267,7 @@ fn all_that_moves_on_alike_is_at_rest() {
         (model, state)
     };
     let mut settings = sharp();
-    settings.step.relative_tolerance = 1e-10;
+    (settings.step.relative_tolerance, settings.step.motion_tolerance) = (1e-10, 1e-10);
     settings.step.absolute_tolerance = 1e-13;
     let v = Vector3::new(0.7, -0.4, 0.5);
     let (model, state) = moving(Vector3::zeros());

@@ -60,7 +60,8 @@ fn the_same_bits_whatever_the_lanes_and_substeps() {
         for max_iterations in [30, 1] {
             let mut settings = bdf2(formulation);
             (settings.step.max_iterations, settings.step.max_halvings) = (max_iterations, 3);
-            (settings.step.relative_tolerance, settings.step.absolute_tolerance) = (1e-12, 1e-12);
+            (settings.step.relative_tolerance, settings.step.absolute_tolerance, settings.step.motion_tolerance) =
+                (1e-12, 1e-12, 1e-12);
             let mut alone = Simulation::new(&one, &state, &settings, None).unwrap();
             let mut together = Simulation::new(&three, &states, &settings, None).unwrap();
             assert_eq!((alone.in_lanes(), together.in_lanes()), (0, 3));
@@ -132,7 +133,8 @@ fn reactions_balance_weight_and_inertia() {
     let motion = Motion::new(pose.orientation, &frames, Interpolation::Smooth).unwrap();
     model.motions.push(Driven::new(Body::Segment(0), Arc::new(motion)));
     let mut settings = bdf2(Formulation::Newton);
-    (settings.step.relative_tolerance, settings.step.absolute_tolerance) = (1e-10, 1e-10);
+    (settings.step.relative_tolerance, settings.step.absolute_tolerance, settings.step.motion_tolerance) =
+        (1e-10, 1e-10, 1e-10);
     settings.step.max_iterations = 60;
     let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
     let weight: f64 = model.segments.iter().map(|segment| 9.81 * segment.mass()).sum();

@@ -136,7 +136,7 @@ fn end_to_end_simulations_are_refused_too() {
 fn contact_parameters_are_checked() {
     let (model, state) = crossing(0.05);
     let mut settings = Settings::default();
-    settings.step.contact.near = -1.0;
+    settings.step.contact.active_gap = -1.0;
     let error = Simulation::new(&model, &state, &settings, None).err().unwrap();
     assert_eq!(error.to_string(), "contact parameter near = -1, but it must be finite and > 0");
 }

@@ -134,7 +134,8 @@ fn alone_and_in_lanes_with_motions_and_wind_whole_and_in_halves() {
             let mut settings = settings(formulation, SolverKind::Direct);
             goes_on((&model, &state), &settings, GuessKind::Zero, 50, &format!("{formulation}, {rods} rods"));
             (settings.step.max_iterations, settings.step.max_halvings) = (1, 2);
-            (settings.step.relative_tolerance, settings.step.absolute_tolerance) = (1e-13, 1e-13);
+            (settings.step.relative_tolerance, settings.step.absolute_tolerance, settings.step.motion_tolerance) =
+                (1e-13, 1e-13, 1e-13);
             goes_on(
                 (&model, &state),
                 &settings,

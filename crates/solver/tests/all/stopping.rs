@@ -35,15 +35,15 @@ fn largest_way(model: &Model, [one, other]: [&State; 2], tolerance: f64) -> f64 
 fn off((model, state): &(Model, State), settings: &Settings, finer: f64, steps: usize, what: &str) -> f64 {
     let build = |m: &Model, s: &Members, t: &Topology| GuessKind::StepAdaptive.build(m, s, t);
     let mut fine = *settings;
-    fine.step.relative_tolerance /= finer;
+    fine.step.motion_tolerance /= finer;
     // Gaps a tenth of that: friction is solved as exactly as sweeps can.
     fine.step.contact_tolerance /= 0.1 * finer;
-    fine.step.contact.motion *= 0.1;
+    fine.step.contact.motion_tolerance *= 0.1;
     fine.step.max_iterations *= 4;
     let [mut one, mut other] =
         [settings, &fine].map(|settings| Simulation::new(model, state, settings, Some(&build)).unwrap());
     let [mut a, mut b] = [state.clone(), state.clone()];
-    let tolerance = settings.step.motion_tolerance(!model.contacts.is_empty());
+    let tolerance = settings.step.allowed_motion(!model.contacts.is_empty());
     let (mut most, mut compared) = (0.0_f64, 0);
     for step in 0..steps {
         other.restore(&one.snapshot()).unwrap();
@@ -81,7 +81,7 @@ fn a_step_that_has_converged_is_within_the_tolerance_of_its_solution() {
                 let mut settings = settings(Formulation::Newton, SolverKind::Direct);
                 settings.step.tangent = tangent;
                 settings.step.integrator = integrator;
-                settings.step.relative_tolerance = tolerance;
+                (settings.step.relative_tolerance, settings.step.motion_tolerance) = (tolerance, tolerance);
                 settings.step.absolute_tolerance = 0.0;
                 // The positive matrix leaves more than a half in each iteration.
                 settings.step.max_iterations = 100;

@@ -29,6 +29,7 @@ fn clamped(direction: Vector3<f64>, youngs_modulus: f64) -> (Model, State) {
 fn sharp(formulation: Formulation) -> Settings {
     let step = StepParams {
         relative_tolerance: 1e-10,
+        motion_tolerance: 1e-10,
         absolute_tolerance: 1e-10,
         max_iterations: 60,
         formulation,

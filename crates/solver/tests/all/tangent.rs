@@ -18,6 +18,7 @@ fn settings_of(tangent: Tangent, integrator: Integrator) -> Settings {
         tangent,
         integrator,
         relative_tolerance: 1e-8,
+        motion_tolerance: 1e-8,
         absolute_tolerance: 1e-10,
         max_iterations: 60,
         ..StepParams::DEFAULT

@@ -15,6 +15,7 @@ pub(crate) fn settings(integrator: Integrator, max_iterations: usize) -> Setting
         formulation: Formulation::Newton,
         integrator,
         relative_tolerance: 1e-12,
+        motion_tolerance: 1e-12,
         absolute_tolerance: 1e-14,
         contact_tolerance: 1e-9,
         max_iterations,

@@ -9,7 +9,7 @@ use crate::component::Component;
 use crate::counters::{Counters, Stopwatch};
 use crate::kernel::Spatial;
 use crate::linear::LinearInfo;
-use crate::linear::transfers::{Side, Transfers};
+use crate::linear::articulated::{Articulated, Side};
 use crate::topology::Topology;
 
 /// What only sets that contacts can push need.
@@ -20,7 +20,7 @@ pub(super) struct Touching {
     /// Whether none does any more in the attempt under way.
     is_given_up: bool,
     /// How the bodies answer forces, along the tree that the elimination goes by; made when it is first asked for.
-    transfers: Option<Box<Transfers>>,
+    transfers: Option<Box<Articulated>>,
 }
 
 impl Exact<f64> {
@@ -98,7 +98,7 @@ impl Exact<f64> {
     ) {
         let Self { equations, elimination, touching: Touching { transfers, .. }, .. } = self;
         if transfers.as_ref().is_none_or(|transfers| !transfers.is_of(topology)) {
-            *transfers = Transfers::rooted(topology).map(Box::new);
+            *transfers = Articulated::rooted(topology).map(Box::new);
         }
         let Some(transfers) = transfers else { return };
         transfers.couple_following(|take| elimination.each_answer(equations, take), sides, block);

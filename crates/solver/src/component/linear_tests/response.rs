@@ -10,11 +10,11 @@ use rod::{Assembly, InnerDamping, Material, RodSpec, Section, Springs, shape};
 use crate::component::{Component, split};
 use crate::formulation::Formulation;
 use jointed::linear::LinearSolver;
+use jointed::linear::articulated::Blocks;
+use jointed::linear::articulated::*;
+use jointed::linear::compliance::*;
 use jointed::linear::direct::Direct;
 use jointed::linear::looped::Looped;
-use jointed::linear::response::*;
-use jointed::linear::transfers::Blocks;
-use jointed::linear::transfers::*;
 use jointed::system::System;
 use jointed::transfer::{Row, Rows};
 use kernels::Spatial;
@@ -70,7 +70,7 @@ fn sides(system: &System<f64>, count: usize, seed: u64) -> Vec<Side> {
 }
 
 /// Holds all blocks between random sides to solves.
-fn check(component: &mut Component<f64>, kind: fn(&Response) -> bool, what: &str) {
+fn check(component: &mut Component<f64>, kind: fn(&Compliance) -> bool, what: &str) {
     for seed in 0..20 {
         let system = &mut component.system;
         let sides = sides(system, 1 + seed as usize, seed);
@@ -81,7 +81,7 @@ fn check(component: &mut Component<f64>, kind: fn(&Response) -> bool, what: &str
                 found[row][column][r][c] += entry(r, c);
             }
         };
-        let mut response = Response::new(system, true).unwrap();
+        let mut response = Compliance::new(system, true).unwrap();
         assert!(kind(&response) && response.is_of(&system.topology), "{what}");
         response.couple(system, None, &sides, |s, t, block| {
             let (row, column) = (sides[s].contact as usize, sides[t].contact as usize);
@@ -116,8 +116,8 @@ fn helix(segments: usize) -> RodSpec {
     RodSpec::new(shape::helix(Vector3::zeros(), 0.3, 0.5, 1.0, segments), 0.02, MATERIAL)
 }
 
-fn is_tree(response: &Response) -> bool {
-    matches!(response, Response::Tree(_))
+fn is_tree(response: &Compliance) -> bool {
+    matches!(response, Compliance::Tree(_))
 }
 
 #[test]
@@ -189,7 +189,9 @@ fn blocks_of_a_chain_are_what_solves_say() {
         }
         let mut component = component(assembly, |_| {});
         let system = &mut component.system;
-        let Response::Tree(mut transfers) = Response::new(system, true).unwrap() else { panic!("a chain is a tree") };
+        let Compliance::Tree(mut transfers) = Compliance::new(system, true).unwrap() else {
+            panic!("a chain is a tree")
+        };
         assert!(transfers.are_chains());
         let mut sides = sides(system, 11, seed);
         sides.sort_by_key(|side| transfers.place(side.body));
@@ -261,7 +263,7 @@ fn columns_of_a_ring_are_what_solves_say() {
     let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
     let rod = assembly.rod(&helix(7));
     assembly.join(rod.start, 0.0, rod.end - 1, 1.0);
-    let is_looped = |response: &Response| matches!(response, Response::Looped(_));
+    let is_looped = |response: &Compliance| matches!(response, Compliance::Looped(_));
     check(&mut component(assembly, |_| {}), is_looped, "a ring");
 }
 
@@ -275,7 +277,7 @@ fn bodies_without_joints_answer_for_themselves() {
     let force = Spatial { linear: Vec3([1.0, -2.0, 0.5]), angular: Vec3([0.1, 0.2, -0.3]) };
     let sides = [1, 3, 3].map(|body| Side { contact: body, body, forces: [force; 3] });
     let mut pairs = Vec::new();
-    Response::new(system, false).unwrap().couple(system, None, &sides, |s, t, block| {
+    Compliance::new(system, false).unwrap().couple(system, None, &sides, |s, t, block| {
         let expected = force.dot(system.correction(sides[s].body as usize, force));
         assert!(block.iter().flatten().all(|x| (x - expected).abs() < 1e-12 * expected.abs()), "{block:?} {expected}");
         pairs.push((s, t));

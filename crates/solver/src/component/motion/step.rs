@@ -9,7 +9,7 @@ use crate::component::Component;
 use crate::component::parts::{copy_pose, copy_spatial, pick_pose};
 use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 impl<T: Real> Component<T> {
     /// Lets a motion drive a body of a lane, which must be fixed, from the next step on.
@@ -54,21 +54,21 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Shows all that moves by itself to a tape.
-    pub(in crate::component) fn tape_motions(&mut self, tape: &mut Tape<'_>) {
+    /// Shows all that moves by itself to a visitor.
+    pub(in crate::component) fn tape_motions(&mut self, visitor: &mut StateVisitor<'_>) {
         let mut count = self.moved.len();
-        tape.count(&mut count);
-        let own = if tape.is_reading() { std::mem::take(&mut self.moved) } else { Vec::new() };
+        visitor.count(&mut count);
+        let own = if visitor.is_reading() { std::mem::take(&mut self.moved) } else { Vec::new() };
         // A snapshot may have more or fewer, in another order.
         self.moved.resize_with(count, || Moved { lane: 0, body: 0, motion: Motion::Steady(Steady::none()) });
         for (k, Moved { lane, body, motion }) in self.moved.iter_mut().enumerate() {
-            tape.count(lane);
-            tape.count(body);
+            visitor.count(lane);
+            visitor.count(body);
             let is_it = |own: &&Moved| own.is_of(*lane, *body);
             if let Some(own) = own.get(k).filter(is_it).or_else(|| own.iter().find(is_it)) {
                 motion.clone_from(&own.motion);
             }
-            motion.tape(tape);
+            motion.visit_state(visitor);
         }
     }
 

@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rod::Friction;
 
-use super::super::reach::Way;
+use super::super::culling::MotionBound;
 use super::*;
 use crate::kernel::math::Quat;
 
@@ -55,7 +55,7 @@ fn crossing_capsules_touch_along_the_normal_of_both_axes() {
     assert_near(found.arms[0], [-0.3, 0.0, -0.3]);
     assert_near(found.arms[1], [0.0, -0.3, 0.2]);
     assert_near(found.slip, [0.0; 3]);
-    assert!(!found.doubled);
+    assert!(!found.is_duplicate);
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn parallel_capsules_touch_at_the_ends_of_what_they_share() {
         (Feature::Partners(1), None),
     ] {
         let found = contact(&own, &other, feature, Poses::Now);
-        assert_eq!(found.doubled, shared.is_none(), "{feature:?}");
+        assert_eq!(found.is_duplicate, shared.is_none(), "{feature:?}");
         if let Some(x) = shared {
             assert!((found.gap - 0.8).abs() < 1e-12);
             assert_near(found.normal, [0.0, 0.0, -1.0]);
@@ -222,7 +222,7 @@ proptest! {
             let (start, room) = (pose(centre, along, 0.0), by * radius);
             let turned: Vector3<f64> = along + turns[k] * (room / half);
             let now = pose(centre + common * 3.0 + moves[k] * room, turned.normalize(), 0.0);
-            (moving(start, now, half, radius), moving(start, start, half, radius), Way::between(&start, &now, half))
+            (moving(start, now, half, radius), moving(start, start, half, radius), MotionBound::between(&start, &now, half))
         };
         let ((now_a, start_a, way_a), (now_b, start_b, way_b)) = (side(a, 0), side(b, 1));
         let (start, now) = (nearest_contact(&start_a, &start_b).gap, nearest_contact(&now_a, &now_b).gap);
@@ -315,7 +315,7 @@ fn nearest_places_of_nearly_parallel_axes_stay_unless_others_are_nearer() {
     let places = |angle: f64, tilt: f64, steady: f64| {
         let [own, before, after] = tilted(angle, tilt);
         let mut contact = nearest_contact(&own, &before);
-        contact.steady = steady;
+        contact.hysteresis = steady;
         contact.between(&own, &after, Feature::Nearest, Poses::Now);
         (contact.arms[0].0[0], contact.gap)
     };
@@ -340,19 +340,19 @@ fn places_that_settle_go_half_way_and_say_how_much_nearer_others_are() {
     let (least, nearest) = (contact.gap, contact.arms[0].0[0]);
     assert_eq!(contact.distance, least);
     let mut contact = nearest_contact(&own, &before);
-    contact.steady = 1e-5;
+    contact.hysteresis = 1e-5;
     contact.between(&own, &after, Feature::Nearest, Poses::Settling);
     assert!((contact.arms[0].0[0] - 0.5 * (start + nearest)).abs() < 1e-3, "{start} {nearest}");
     // Penetration is that of the nearest places.
     assert!((contact.distance - least).abs() < 1e-13, "{} {least}", contact.distance);
     // Distances grow with the square of the way from the nearest places.
     let all = (own.at(0.5) - after.at(0.5)).norm_squared().sqrt() - (least + 0.2);
-    assert!((contact.nearer - 0.25 * all).abs() < 1e-5, "{} {all}", contact.nearer);
+    assert!((contact.closer_by - 0.25 * all).abs() < 1e-5, "{} {all}", contact.closer_by);
     // A quarter of it is left each time, up to where places stay.
-    while contact.nearer > 0.0 {
-        let before = contact.nearer;
+    while contact.closer_by > 0.0 {
+        let before = contact.closer_by;
         contact.between(&own, &after, Feature::Nearest, Poses::Settling);
-        assert!(contact.nearer < 0.3 * before, "{} {before}", contact.nearer);
+        assert!(contact.closer_by < 0.3 * before, "{} {before}", contact.closer_by);
     }
     assert!((contact.arms[0].0[0] - nearest).abs() < 0.03);
 }

@@ -10,7 +10,7 @@ use crate::component::Change;
 use crate::linear::solvers::SolverKind;
 use crate::piece::Piece;
 use crate::simulation::{Simulation, SimulationError};
-use crate::snapshot::Tape;
+use crate::snapshot::StateVisitor;
 
 impl Simulation {
     /// Lets a motion drive a fixed segment or an anchor of the model from the next step on, whatever moved it before; its
@@ -145,15 +145,15 @@ impl Simulation {
         Ok(())
     }
 
-    /// Shows a tape what is held and how far the grips with times are; takes hold and lets go of what a tape says otherwise.
-    pub(in crate::simulation) fn tape_holds(&mut self, tape: &mut Tape<'_>) {
+    /// Shows a visitor what is held and how far the grips with times are; takes hold and lets go of what a visitor says otherwise.
+    pub(in crate::simulation) fn tape_holds(&mut self, visitor: &mut StateVisitor<'_>) {
         for own in &mut self.schedule {
             let mut phase = Phase::ALL.iter().position(|phase| *phase == own.phase).unwrap_or_default();
-            tape.count(&mut phase);
+            visitor.count(&mut phase);
             own.phase = Phase::ALL.get(phase).copied().unwrap_or(own.phase);
             let mut grip = own.grip();
-            tape_grip(tape, &mut grip);
-            if tape.is_reading() && grip != own.grip() {
+            tape_grip(visitor, &mut grip);
+            if visitor.is_reading() && grip != own.grip() {
                 own.driven = Arc::new(grip.of(&own.given));
                 own.taken = grip.taken;
             }
@@ -162,16 +162,16 @@ impl Simulation {
         for body in bodies {
             let now = self.is_held(body) == Some(true);
             let mut then = now;
-            tape.flag(&mut then);
+            visitor.flag(&mut then);
             if then != now {
-                // Only a connectivity that changes can fail, and then the tape is of something else.
+                // Only a connectivity that changes can fail, and then the visitor is of something else.
                 let _ = self.change(body, if then { Change::Hold } else { Change::LetGo });
             }
         }
         // The motions of a file are the model's, moved to where they took hold.
         for k in 0..self.schedule.len() {
             let Scheduled { driven, phase, .. } = &self.schedule[k];
-            if tape.is_reading() && *phase == Phase::Holds {
+            if visitor.is_reading() && *phase == Phase::Holds {
                 let driven = driven.clone();
                 let _ = self.change(driven.body, Change::Drive(&driven));
             }
@@ -188,10 +188,10 @@ impl Simulation {
     fn change(&mut self, body: Body, change: Change<'_>) -> Result<(), SimulationError> {
         let lets_go = matches!(change, Change::LetGo);
         let is_driven = matches!(change, Change::Drive(_));
-        let comes_apart = |piece: &Piece| matches!(piece, Piece::Group(group) if group.comes_apart(body, lets_go));
+        let comes_apart = |piece: &Piece| matches!(piece, Piece::LaneBatch(group) if group.comes_apart(body, lets_go));
         if !(is_driven && self.is_held(body) == Some(true))
             && let Some(place) = self.pieces.iter().position(comes_apart)
-            && let Piece::Group(group) = self.pieces.swap_remove(place)
+            && let Piece::LaneBatch(group) = self.pieces.swap_remove(place)
         {
             self.pieces.extend(group.apart().map(|set| Piece::Single(Box::new(set))));
         }
@@ -213,22 +213,22 @@ impl Simulation {
     }
 }
 
-/// Shows a grip to a tape.
-fn tape_grip(tape: &mut Tape<'_>, grip: &mut TimedGrip) {
+/// Shows a grip to a visitor.
+fn tape_grip(visitor: &mut StateVisitor<'_>, grip: &mut TimedGrip) {
     let none = Taken {
         pose: Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() },
         centre: Vector3::zeros(),
         time: 0.0,
     };
     let mut has_taken = grip.taken.is_some();
-    tape.flag(&mut has_taken);
+    visitor.flag(&mut has_taken);
     let mut taken = grip.taken.unwrap_or(none);
     let Taken { pose, centre, time } = &mut taken;
-    pose.position.iter_mut().chain(centre.iter_mut()).for_each(|x| tape.number(x));
+    pose.position.iter_mut().chain(centre.iter_mut()).for_each(|x| visitor.number(x));
     let mut turn = *pose.orientation.as_ref();
-    turn.coords.iter_mut().for_each(|x| tape.number(x));
+    turn.coords.iter_mut().for_each(|x| visitor.number(x));
     pose.orientation = UnitQuaternion::new_unchecked(turn);
-    tape.number(time);
-    tape.number(&mut grip.until);
+    visitor.number(time);
+    visitor.number(&mut grip.until);
     grip.taken = has_taken.then_some(taken);
 }

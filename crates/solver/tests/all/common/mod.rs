@@ -24,7 +24,10 @@ pub fn material(youngs_modulus: f64, density: f64) -> Material {
 }
 
 pub fn settings(formulation: Formulation, solver: SolverKind) -> Settings {
-    Settings { step: StepParams { formulation, relative_tolerance: 1e-6, ..StepParams::DEFAULT }, solver }
+    Settings {
+        step: StepParams { formulation, relative_tolerance: 1e-6, motion_tolerance: 1e-6, ..StepParams::DEFAULT },
+        solver,
+    }
 }
 
 /// Every formulation with every integrator.

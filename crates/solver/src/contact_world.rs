@@ -1,0 +1,334 @@
+//! Connected sets of segments that can touch: Algorithm 1 island by island.
+//!
+//! In each step the sets that may touch are islands (`contact/islands.rs`); each goes through its iterations and halvings by
+//! itself (`island.rs`), on its own thread where there is enough to share. Where nothing is found between two islands at the
+//! start of a step, but sets leave the rooms of that search, it is made sure at the end that none of them could have met.
+
+mod island;
+mod substeps;
+
+use nalgebra::Vector3;
+use rod::{Body, Carried, Model};
+
+use crate::component::{Change, Members};
+use crate::connected_set::{ConnectedSet, Touch};
+use crate::contact::{ContactForce, IslandContacts, Islands, PairFilter, Sets, Shape, Shared, share_ends};
+use crate::counters::{Counters, Stopwatch};
+use crate::derivative::Substep;
+use crate::kernel::Spatial;
+use crate::kernel::math::Sym3;
+use crate::limits::PARALLEL_SEGMENTS;
+use crate::linear::solvers::{SolverError, SolverKind};
+use crate::snapshot::StateVisitor;
+use crate::step::{Interval, Status, StepParams};
+use island::{Island, IslandWorkspace, begin_set, each};
+
+pub(crate) use substeps::SubstepController;
+
+/// All connected sets of a model with contacts.
+pub(crate) struct ContactWorld {
+    /// Boxed: in each step those of an island are put side by side.
+    #[allow(clippy::vec_box)]
+    pub(crate) sets: Vec<Box<ConnectedSet>>,
+    shared: Shared,
+    islands: Islands,
+    /// Contacts of each island, and what else it keeps.
+    stages: Vec<IslandContacts>,
+    rooms: Vec<IslandWorkspace>,
+    counters: Counters,
+    segments: usize,
+    /// All of them as one set, and the steps that were accepted since they were last taken, where derivatives ask for them.
+    pub(crate) substeps: Option<(Members, Vec<Substep>)>,
+}
+
+impl ContactWorld {
+    /// Sets of `model`, whose contacts must not be empty, from `state`.
+    ///
+    /// # Errors
+    /// If a set's factor would be too large.
+    pub(crate) fn new(
+        model: &Model,
+        sets: Vec<ConnectedSet>,
+        filter: PairFilter,
+        params: &StepParams,
+    ) -> Result<Self, SolverError> {
+        let mut sets: Vec<Box<ConnectedSet>> = sets.into_iter().map(Box::new).collect();
+        let mut shapes = vec![Shape { free: false, ..Shape::new(0, 0, 0.0, 0.0) }; model.segments.len()];
+        for (component, set) in sets.iter_mut().enumerate() {
+            for (body, &index) in set.members.segments.iter().enumerate() {
+                let segment = &model.segments[index];
+                let capsule = segment.capsule();
+                // What touches nothing has no ends, and a filter keeps it from all others. A sphere has one.
+                let (half, mut radius) = capsule.unwrap_or((0.0, segment.radius));
+                if let Some(mesh) = segment.surface() {
+                    // The ball around it.
+                    radius = mesh.positions.iter().map(|place| place.norm()).fold(0.0, f64::max);
+                }
+                let shape = Shape::new(component as u32, body as u32, half, radius);
+                shapes[index] = Shape { free: !segment.fixed, ends: [capsule.is_some(), half > 0.0], ..shape };
+            }
+            let bodies = set.component.poses.len();
+            set.component.pushes = vec![Spatial::zero(); bodies];
+            set.component.pushed = vec![Spatial::zero(); bodies];
+            set.component.contact_stiffness = vec![Sym3::zero(); bodies];
+        }
+        share_ends(model, &mut shapes);
+        let shared = Shared::new(model, shapes, filter, params);
+        for (number, set) in sets.iter_mut().enumerate() {
+            let (number, response) = (number as u32, shared.response(set)?);
+            set.touch = Some(Box::new(Touch::new(number, response)));
+        }
+        Ok(Self {
+            sets,
+            shared,
+            islands: Islands::default(),
+            stages: Vec::new(),
+            rooms: Vec::new(),
+            counters: Counters::default(),
+            segments: model.segments.len(),
+            substeps: None,
+        })
+    }
+
+    /// The counters of all sets and of their contacts.
+    pub(crate) fn counters(&self) -> Counters {
+        let mut sum = self.counters;
+        for set in &self.sets {
+            sum += set.counters;
+        }
+        sum
+    }
+
+    /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
+    pub(crate) fn drive_obstacle(&mut self, index: usize, motion: &Carried) -> bool {
+        self.shared.drive_obstacle(index, motion)
+    }
+
+    /// Shows all sets and the contacts that press to a visitor.
+    pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        self.sets.iter_mut().for_each(|set| set.visit_state(visitor));
+        self.shared.visit_state(visitor);
+    }
+
+    /// Changes gravity [m/s^2], which says how fast bodies must meet to bounce.
+    pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+        self.sets.iter_mut().for_each(|set| set.component.set_gravity(gravity));
+        self.shared.set_gravity(gravity);
+    }
+
+    /// What presses on what at the end of the last step.
+    pub(crate) fn contact_forces(&self) -> impl Iterator<Item = ContactForce> {
+        self.shared.forces(&self.sets)
+    }
+
+    /// Holds a body of the model, drives it or lets it go, if it is one of these: returns whether it is. Contacts stay as
+    /// they are, with their impulses.
+    ///
+    /// # Errors
+    /// If the factor of its set would be too large.
+    pub(crate) fn change(&mut self, body: Body, change: Change<'_>, solver: SolverKind) -> Result<bool, SolverError> {
+        for set in &mut self.sets {
+            if set.change(body, change, solver)? {
+                if let Body::Segment(i) = body {
+                    self.shared.set_free(i, matches!(change, Change::LetGo));
+                    let topology = &set.component.system.topology;
+                    if set.touch.as_ref().is_some_and(|touch| !touch.response.is_of(topology)) {
+                        let response = self.shared.response(set)?;
+                        if let Some(touch) = &mut set.touch {
+                            touch.response = response;
+                        }
+                    }
+                }
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Advances over `interval`.
+    pub(crate) fn advance(&mut self, interval: Interval, params: &StepParams) -> Status {
+        self.begin(interval, params);
+        self.number();
+        let mut watch = Stopwatch::start();
+        let Self { sets, islands, stages, rooms, shared, .. } = self;
+        for (island, room) in rooms[..islands.sizes.len()].iter_mut().enumerate() {
+            let first = islands.firsts[island] as usize;
+            let own = &sets[first..first + islands.sizes[island] as usize];
+            // Where some must take steps of another kind than all of them have been predicted with, all are predicted anew.
+            let goes_on = own.iter().filter(|set| set.component.can_go_on()).count();
+            room.is_begun = goes_on == 0 || goes_on == own.len();
+            stages[island].take_search(shared);
+        }
+        islands.deal(shared, stages);
+        watch.mark(&mut self.counters.times.contact);
+        loop {
+            let todo = |room: &IslandWorkspace| room.status.is_none();
+            self.work(todo, &|island| island.advance(interval, params));
+            let count = self.islands.sizes.len();
+            let mut watch = Stopwatch::start();
+            let Self { sets, islands, stages, rooms, shared, .. } = self;
+            let is_whole = |island: u32| rooms[island as usize].is_open;
+            let met = islands.link_meetings(shared, &stages[..count], sets, is_whole);
+            watch.mark(&mut self.counters.times.contact);
+            if !met {
+                break;
+            }
+            self.join();
+        }
+        self.work(|_| true, &|island| island.close(params));
+        self.end()
+    }
+
+    /// Predicts all sets and finds the contacts between them.
+    fn begin(&mut self, interval: Interval, params: &StepParams) {
+        each(&mut self.sets, self.segments, |set| {
+            let held_back = !set.component.can_go_on();
+            begin_set(set, held_back, interval, params, true);
+        });
+        let mut watch = Stopwatch::start();
+        self.islands.reset(self.sets.len());
+        self.islands.number();
+        let all = Sets::new(&mut self.sets, self.islands.numbers());
+        self.shared.find(interval, &all, &mut self.counters);
+        self.islands.link_found(&self.shared);
+        if self.substeps.is_some() {
+            // Derivatives ask for steps of all sets together.
+            (1..self.sets.len() as u32).for_each(|set| _ = self.islands.link(0, set));
+        }
+        watch.mark(&mut self.counters.times.contact);
+    }
+
+    /// Puts the sets of each island side by side, and makes its room.
+    fn number(&mut self) {
+        self.islands.number();
+        let Self { sets, islands, stages, rooms, shared, .. } = self;
+        let number = |set: &ConnectedSet| set.touch.as_ref().map_or(0, |touch| touch.number);
+        sets.sort_unstable_by_key(|set| (islands.of(number(set)), number(set)));
+        let count = islands.sizes.len();
+        if stages.len() < count {
+            stages.resize_with(count, IslandContacts::default);
+        }
+        if rooms.len() < count {
+            rooms.resize_with(count, IslandWorkspace::default);
+        }
+        for (island, room) in rooms[..count].iter_mut().enumerate() {
+            let first = islands.firsts[island] as usize;
+            let own = &sets[first..first + islands.sizes[island] as usize];
+            room.segments = own.iter().map(|set| set.members.segments.len()).sum();
+            (room.status, room.is_open, room.is_begun) = (None, false, false);
+            stages[island].start(shared, own.iter().flat_map(|set| set.members.segments.iter().map(|&i| i as u32)));
+        }
+    }
+
+    /// Makes one island each of those that may have met; they are done again from the start of the step.
+    fn join(&mut self) {
+        for (room, joins) in self.rooms.iter_mut().zip(self.islands.joined()) {
+            room.joins = joins;
+        }
+        self.work(|room| room.joins, &|island| island.undo());
+        let (stages, rooms) = (std::mem::take(&mut self.stages), std::mem::take(&mut self.rooms));
+        let leaders = self.islands.leaders.clone();
+        for room in rooms[..leaders.len()].iter().filter(|room| room.joins) {
+            self.counters += room.counters;
+        }
+        self.number();
+        for ((leader, stage), room) in leaders.into_iter().zip(stages).zip(rooms) {
+            if !room.joins {
+                let island = self.islands.of(leader) as usize;
+                (self.stages[island], self.rooms[island]) = (stage, room);
+            }
+        }
+        let Self { islands, stages, rooms, shared, .. } = self;
+        for contact in &shared.pressing {
+            let component = shared.detector.shapes()[contact.key.0 as usize].component;
+            let island = islands.of(component) as usize;
+            if rooms[island].status.is_none() {
+                stages[island].take(*contact);
+            }
+        }
+    }
+
+    /// Ends the step of all islands.
+    fn end(&mut self) -> Status {
+        let Self { sets, islands, stages, rooms, shared, counters, substeps, .. } = self;
+        let mut status = Status::Converged;
+        for room in &mut rooms[..islands.sizes.len()] {
+            status = status.max(room.status.unwrap_or(Status::Converged));
+            *counters += std::mem::take(&mut room.counters);
+            if let Some((_, kept)) = substeps {
+                kept.append(&mut room.substeps);
+            }
+        }
+        let mut watch = Stopwatch::start();
+        shared.keep(stages[..islands.sizes.len()].iter());
+        sets.sort_unstable_by_key(|set| set.touch.as_ref().map_or(0, |touch| touch.number));
+        watch.mark(&mut counters.times.contact);
+        status
+    }
+
+    /// Works on all islands whose rooms are such, side by side where there is enough to share.
+    fn work(&mut self, which: impl Fn(&IslandWorkspace) -> bool + Sync, what: &(dyn Fn(&mut Island<'_>) + Sync)) {
+        let is_parallel = self.is_parallel();
+        let Self { sets, islands, stages, rooms, shared, substeps, .. } = self;
+        let count = islands.sizes.len();
+        let common = Common {
+            shared,
+            islands,
+            whole: substeps.as_ref().map(|(whole, _)| whole),
+            is_parallel,
+            which: &which,
+            what,
+        };
+        common.work(0, sets, &mut stages[..count], &mut rooms[..count]);
+    }
+
+    /// Whether sets are worked on side by side on several threads.
+    pub(crate) fn is_parallel(&self) -> bool {
+        self.sets.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
+    }
+}
+
+/// What work on islands shares.
+struct Common<'a> {
+    shared: &'a Shared,
+    islands: &'a Islands,
+    whole: Option<&'a Members>,
+    is_parallel: bool,
+    which: &'a (dyn Fn(&IslandWorkspace) -> bool + Sync),
+    what: &'a (dyn Fn(&mut Island<'_>) + Sync),
+}
+
+impl Common<'_> {
+    /// Works on the islands from `first` on that have these rooms, and these sets side by side.
+    fn work(
+        &self,
+        first: usize,
+        sets: &mut [Box<ConnectedSet>],
+        stages: &mut [IslandContacts],
+        rooms: &mut [IslandWorkspace],
+    ) {
+        if let ([stage], [room]) = (&mut *stages, &mut *rooms) {
+            if (self.which)(room) {
+                let sets = Sets::new(sets, &self.islands.seats);
+                (self.what)(&mut Island { shared: self.shared, sets, stage, room, whole: self.whole });
+            }
+            return;
+        }
+        if rooms.is_empty() {
+            return;
+        }
+        let half = rooms.len() / 2;
+        let firsts = &self.islands.firsts;
+        let (sets, other_sets) = sets.split_at_mut((firsts[first + half] - firsts[first]) as usize);
+        let (stages, other_stages) = stages.split_at_mut(half);
+        let (rooms, other_rooms) = rooms.split_at_mut(half);
+        let mut one = || self.work(first, sets, stages, rooms);
+        let mut other = || self.work(first + half, other_sets, other_stages, other_rooms);
+        if self.is_parallel {
+            rayon::join(one, other);
+        } else {
+            one();
+            other();
+        }
+    }
+}
