@@ -69,7 +69,8 @@ pub(crate) fn benchmark(args: &BenchmarkArgs) -> Result<Outcome> {
                  the experiment. Published: errors of others, from cosseratbench (github.com/jakeryderv/cosseratbench, \
                  docs/findings.md), whose scenes are like ours but not the same.";
     let conditions = conditions().with("formulation", formulation.name()).with("integrator", integrator.name());
-    let block = table(["benchmark", "Experiments with a known result", words], HEADINGS, rows, conditions.clone());
+    let block =
+        table(["benchmark-results", "Experiments with a known result", words], HEADINGS, rows, conditions.clone());
     let outcome = args.output.finish(["benchmark", "Benchmark"], vec![block], conditions, progress)?;
     if off.is_empty() {
         return Ok(outcome);

@@ -115,7 +115,7 @@ fn experiments_are_held_against_their_known_results() {
     let folder = TempDir::new().expect("a folder");
     let cheap = "catenary,cantilever,pendulum,whip,capstan,obstacle-course,two-ropes,knot";
     measured(&folder, &["benchmark", "--quiet", "--only", cheap]);
-    let rows = table(&folder, "benchmark");
+    let rows = table(&folder, "benchmark-results");
     let names: Vec<_> = column(&rows, "experiment").into_iter().filter(|name| !name.is_empty()).collect();
     assert_eq!(names, cheap.split(',').collect::<Vec<_>>());
     assert!(column(&rows, "verdict").iter().all(|verdict| *verdict == "right"), "{rows:?}");
@@ -124,7 +124,7 @@ fn experiments_are_held_against_their_known_results() {
     let output = evaluate(&folder, &flags);
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!((output.status.code(), &*error), (Some(1), "error: not right: pendulum\n"));
-    let rows = table(&folder, "benchmark");
+    let rows = table(&folder, "benchmark-results");
     let energy = rows.iter().find(|row| row["quantity"].starts_with("energy")).expect("the energy");
     assert_eq!(energy["verdict"], "off");
 }
