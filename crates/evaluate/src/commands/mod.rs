@@ -1,6 +1,7 @@
-//! What a user measures by hand: ways and guesses on scenes of one's own choice, the stability table. Each command makes
+//! What a user measures by hand: ways and guesses on scenes of one's own choice, the stability table, experiments with known results. Each command makes
 //! text and tables, prints them, and with `--out` writes them as a page.
 
+pub(crate) mod benchmark;
 pub(crate) mod compare;
 pub(crate) mod laws;
 pub(crate) mod random;
