@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use clap::Args;
-use evaluation::benchmark::{BenchmarkError, Experiment, Outcome as Measured, experiments};
+use evaluation::benchmark::{BenchmarkError, Experiment, Outcome as Measured, Quantity, experiments};
 use report::Cell;
 use solver::formulation::{Formulation, Tangent};
 use solver::integrator::Integrator;
@@ -42,7 +42,7 @@ fn asked(names: &[String]) -> Result<Vec<Experiment>> {
     Ok(all)
 }
 
-/// Runs the experiments and shows a row for each quantity. What is off ends the program with 1.
+/// Runs the experiments and shows each as soon as it is done. What is off ends the program with 1.
 pub(crate) fn benchmark(args: &BenchmarkArgs) -> Result<Outcome> {
     let experiments = asked(&args.only)?;
     args.output.prepare()?;
@@ -50,13 +50,17 @@ pub(crate) fn benchmark(args: &BenchmarkArgs) -> Result<Outcome> {
     let step = StepParams { formulation, integrator, tangent: Tangent::Auto, ..StepParams::DEFAULT };
     let settings = Settings { step, ..Settings::default() };
     let steps = experiments.iter().map(|experiment| experiment.steps).sum();
-    let progress = Progress::with_lines(steps, "steps", args.output.quiet)?;
-    args.output.say(&format!("experiments: {}, steps: {steps}", experiments.len()))?;
-    let (mut rows, mut off) = (Vec::new(), Vec::new());
+    let progress = Progress::new(steps, "steps", args.output.quiet)?;
+    let say = |text: &str| progress.aside(|| args.output.say(text));
+    say(&line(["experiment", "quantity", "right", "measured", "error", "allowed", "", "time"]))?;
+    let (mut rows, mut counts, mut off) = (Vec::new(), [0; 2], Vec::new());
     for experiment in &experiments {
         match experiment.run(&settings, &mut || progress.advance()) {
             Ok(measured) => {
+                say(&lines(experiment, &measured))?;
                 rows.extend(of(experiment, &measured));
+                let is_right = measured.quantities.iter().filter(|quantity| quantity.is_right());
+                counts = [counts[0] + is_right.count(), counts[1] + measured.quantities.len()];
                 if !measured.is_right() {
                     off.push(experiment.name);
                 }
@@ -65,13 +69,14 @@ pub(crate) fn benchmark(args: &BenchmarkArgs) -> Result<Outcome> {
             Err(error) => return Err(error.into()),
         }
     }
+    say(&format!("{} of {} quantities within what is allowed", counts[0], counts[1]))?;
     let words = "Error: over the right value, or as it is where that is zero. Time and outer iterations a step are of all runs of \
                  the experiment. Published: errors of others, from cosseratbench (github.com/jakeryderv/cosseratbench, \
                  docs/findings.md), whose scenes are like ours but not the same.";
     let conditions = conditions().with("formulation", formulation.name()).with("integrator", integrator.name());
     let block =
         table(["benchmark-results", "Experiments with a known result", words], HEADINGS, rows, conditions.clone());
-    let outcome = args.output.finish(["benchmark", "Benchmark"], vec![block], conditions, progress)?;
+    let outcome = args.output.write(["benchmark", "Benchmark"], vec![block], conditions, progress.finish())?;
     if off.is_empty() {
         return Ok(outcome);
     }
@@ -79,12 +84,41 @@ pub(crate) fn benchmark(args: &BenchmarkArgs) -> Result<Outcome> {
     Ok(Outcome::Faulty)
 }
 
+/// A line of the terminal: experiment, quantity, right value, measured value, error, what is allowed, verdict, time.
+fn line(cells: [&str; 8]) -> String {
+    let [experiment, quantity, right, measured, error, allowed, verdict, time] = cells;
+    format!("{experiment:<16}{quantity:<46}{right:>11}{measured:>11}{error:>10}{allowed:>8}  {verdict:<6}{time:>8}")
+}
+
+/// The lines of an experiment: one a quantity, what is published below it, and the status where steps were not solved.
+fn lines(experiment: &Experiment, measured: &Measured) -> String {
+    let mut lines = Vec::new();
+    for (k, quantity) in measured.quantities.iter().enumerate() {
+        let [name, time] = if k == 0 { [experiment.name, &format!("{:.1} s", measured.seconds)] } else { ["", ""] };
+        let [right, value] = [quantity.right, quantity.measured].map(|value| report::significant(value, 5));
+        let [error, allowed] = [quantity.error, quantity.allowed].map(number);
+        lines.push(line([name, quantity.name, &right, &value, &error, &allowed, verdict(quantity), time]));
+        if !quantity.published.is_empty() {
+            lines.push(format!("{:18}published: {}", "", quantity.published));
+        }
+    }
+    if measured.status > Status::ConvergedInSubsteps {
+        lines.push(format!("{:16}worst status of a step: {}", "", measured.status.name()));
+    }
+    lines.join("\n")
+}
+
+/// Whether a quantity is right, in a word.
+fn verdict(quantity: &Quantity) -> &'static str {
+    if quantity.is_right() { "right" } else { "off" }
+}
+
 const HEADINGS: &str = "experiment | quantity | #right | source | #measured | #error | #allowed | verdict | status | #time [s] | #iterations | published";
 
 /// A row for each quantity of an experiment, with what the whole took in the first.
 fn of(experiment: &Experiment, measured: &Measured) -> Vec<Vec<Cell>> {
     let is_solved = measured.status <= Status::ConvergedInSubsteps;
-    let row = |(k, quantity): (usize, &evaluation::benchmark::Quantity)| {
+    let row = |(k, quantity): (usize, &Quantity)| {
         let of_all = |text: String| Cell::from(if k == 0 { text } else { String::new() });
         let loud = |is_good: bool, text: &str| if is_good { Cell::from(text) } else { Cell::strong(text) };
         vec![
@@ -95,7 +129,7 @@ fn of(experiment: &Experiment, measured: &Measured) -> Vec<Vec<Cell>> {
             report::significant(quantity.measured, 5).into(),
             number(quantity.error).into(),
             number(quantity.allowed).into(),
-            loud(quantity.is_right(), if quantity.is_right() { "right" } else { "off" }),
+            loud(quantity.is_right(), verdict(quantity)),
             loud(is_solved, measured.status.name()),
             of_all(number(measured.seconds)),
             of_all(number(measured.iterations_per_step)),

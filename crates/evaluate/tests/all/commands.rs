@@ -109,12 +109,14 @@ fn a_comparison_shows_where_contacts_begin() {
     assert!(column(&ways, "contact [us]").iter().all(|us| us.parse::<f64>().is_ok_and(|us| us > 0.0)), "{ways:?}");
 }
 
-/// The cheap ones are right as programs run them; Euler's rule brakes the pendulum, and the program says so.
+/// Rows come as they are done, and are kept; Euler's rule brakes the pendulum, and the program says so.
 #[test]
 fn experiments_are_held_against_their_known_results() {
     let folder = TempDir::new().expect("a folder");
-    let cheap = "catenary,cantilever,pendulum,whip,capstan,obstacle-course,two-ropes,knot";
-    measured(&folder, &["benchmark", "--quiet", "--only", cheap]);
+    let cheap = "catenary,pendulum,two-ropes";
+    let text = measured(&folder, &["benchmark", "--only", cheap]);
+    assert!(text.lines().any(|line| line.starts_with("pendulum        period [s]")), "{text}");
+    assert!(text.ends_with("9 of 9 quantities within what is allowed\n"), "{text}");
     let rows = table(&folder, "benchmark-results");
     let names: Vec<_> = column(&rows, "experiment").into_iter().filter(|name| !name.is_empty()).collect();
     assert_eq!(names, cheap.split(',').collect::<Vec<_>>());
