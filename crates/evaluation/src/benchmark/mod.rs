@@ -58,7 +58,7 @@ pub fn experiments() -> Vec<Experiment> {
         experiment("obstacle-course", "slalom", 200, friction::obstacle_course),
         experiment("two-ropes", "collision", 200, dynamics::two_ropes),
         experiment("knot", "knot", 480, twist::knotted),
-        experiment("coiling", "coiling", 640, packed::coiling),
+        experiment("coiling", "coiling", 3200, packed::coiling),
         experiment("pile", "heap-5", 400, packed::pile),
         experiment("packing", "packing", 300, packed::packing),
         experiment("extremes", "bending-rod", 1420, bending::extremes),

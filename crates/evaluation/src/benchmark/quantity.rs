@@ -79,10 +79,10 @@ impl Outcome {
     }
 }
 
-/// The middle one of forces over time. A step in which contacts are new is one of Euler's rule from velocities that loads alone
-/// have changed since the middle of the last step; what joints and contacts give in it makes up for that, and is larger by up
-/// to half.
-pub(super) fn median(mut forces: Vec<f64>) -> f64 {
-    forces.sort_by(f64::total_cmp);
-    forces.get(forces.len() / 2).copied().unwrap_or(f64::NAN)
+/// The middle one of some numbers. Forces over time are read so: a step in which contacts are new is one of Euler's rule from
+/// velocities that loads alone have changed since the middle of the last step; what joints and contacts give in it makes up for that,
+/// and is larger by up to half.
+pub(super) fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied().unwrap_or(f64::NAN)
 }
