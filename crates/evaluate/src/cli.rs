@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args as _, CommandFactory, FromArgMatches, Parser};
 
+use crate::commands::benchmark::BenchmarkArgs;
 use crate::commands::compare::CompareArgs;
 use crate::commands::laws::RandomArgs;
 use crate::commands::random::{GuessesArgs, StepsArgs};
@@ -38,6 +39,8 @@ pub(crate) enum Command {
     Steps(StepsArgs),
     /// Run the stability table: stiff, slack, tiny, huge and degenerate rods, each with its status.
     Stress(StressArgs),
+    /// Run fourteen experiments with a known result, from the catenary to extremes of stiffness, and show each error.
+    Benchmark(BenchmarkArgs),
     /// Draw scenes at random, and hold their runs against laws of mechanics: momentum, energy, friction, passing, restart.
     Random(RandomArgs),
 }

@@ -17,7 +17,7 @@ mod ways;
 use std::process::ExitCode;
 
 use crate::cli::Command;
-use crate::commands::{compare, laws, random, stress};
+use crate::commands::{benchmark, compare, laws, random, stress};
 use crate::outcome::Outcome;
 
 fn main() -> ExitCode {
@@ -29,6 +29,7 @@ fn main() -> ExitCode {
         Command::Guesses(args) => random::guesses(&args),
         Command::Steps(args) => random::steps(&args),
         Command::Stress(args) => stress::stress(&args),
+        Command::Benchmark(args) => benchmark::benchmark(&args),
         Command::Random(args) => laws::random(&args),
     };
     let outcome = result.unwrap_or_else(|error| {

@@ -4,6 +4,7 @@
 //! This crate runs simulations and measures them. It knows no network (guesses come as factories) and prints nothing.
 
 pub mod ablation;
+pub mod benchmark;
 pub mod branched;
 pub mod cables;
 pub mod compare;

@@ -70,6 +70,14 @@ const FILES: &[(&str, &str)] = files![
     "weave-20",
     "long-chain",
     "tiny-rod",
+    "folded-rope",
+    "plectoneme",
+    "capstan",
+    "atwood",
+    "slalom",
+    "collision",
+    "coiling",
+    "packing",
 ];
 
 /// Similarity, of 0 to 1, from which a name is taken for a slip of the pen.

@@ -77,6 +77,11 @@ impl Progress {
         }
     }
 
+    /// Does something without the bar, such as printing a line.
+    pub fn aside<R>(&self, work: impl FnOnce() -> R) -> R {
+        self.bar.suspend(work)
+    }
+
     /// Whether the user asked to stop.
     pub fn stopped(&self) -> bool {
         STOPPED.load(Ordering::Relaxed)

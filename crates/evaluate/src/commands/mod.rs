@@ -1,6 +1,7 @@
-//! What a user measures by hand: ways and guesses on scenes of one's own choice, the stability table. Each command makes
-//! text and tables, prints them, and with `--out` writes them as a page.
+//! What a user measures by hand: ways and guesses on scenes of one's own choice, the stability table, experiments with known
+//! results. Each command makes text and tables, prints them, and with `--out` writes them as a page.
 
+pub(crate) mod benchmark;
 pub(crate) mod compare;
 pub(crate) mod laws;
 pub(crate) mod random;
@@ -62,6 +63,11 @@ impl OutputArgs {
                 Block::Figure(_) => continue,
             })?;
         }
+        self.write(of, blocks, conditions, interrupted)
+    }
+
+    /// Writes what was measured as a page of this id and title.
+    fn write(&self, of: [&str; 2], blocks: Vec<Block>, conditions: Conditions, interrupted: bool) -> Result<Outcome> {
         if let Some(out) = &self.out {
             let [id, title] = of.map(str::to_owned);
             let sections = vec![Section { id, title: title.clone(), blocks }];

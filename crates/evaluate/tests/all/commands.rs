@@ -109,6 +109,28 @@ fn a_comparison_shows_where_contacts_begin() {
     assert!(column(&ways, "contact [us]").iter().all(|us| us.parse::<f64>().is_ok_and(|us| us > 0.0)), "{ways:?}");
 }
 
+/// Rows come as they are done, and are kept; Euler's rule brakes the pendulum, and the program says so.
+#[test]
+fn experiments_are_held_against_their_known_results() {
+    let folder = TempDir::new().expect("a folder");
+    let cheap = "catenary,pendulum,two-ropes";
+    let text = measured(&folder, &["benchmark", "--only", cheap]);
+    assert!(text.lines().any(|line| line.starts_with("pendulum        period [s]")), "{text}");
+    assert!(text.ends_with("9 of 9 quantities within what is allowed\n"), "{text}");
+    let rows = table(&folder, "benchmark-results");
+    let names: Vec<_> = column(&rows, "experiment").into_iter().filter(|name| !name.is_empty()).collect();
+    assert_eq!(names, cheap.split(',').collect::<Vec<_>>());
+    assert!(column(&rows, "verdict").iter().all(|verdict| *verdict == "right"), "{rows:?}");
+    assert!(column(&rows, "status").iter().all(|status| status.starts_with("converged")), "{rows:?}");
+    let flags = ["benchmark", "--only", "pendulum", "--integrator", "euler", "--out", "out"];
+    let output = evaluate(&folder, &flags);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!((output.status.code(), &*error), (Some(1), "error: not right: pendulum\n"));
+    let rows = table(&folder, "benchmark-results");
+    let energy = rows.iter().find(|row| row["quantity"].starts_with("energy")).expect("the energy");
+    assert_eq!(energy["verdict"], "off");
+}
+
 #[test]
 fn the_stability_table_runs_some_cases() {
     let folder = TempDir::new().expect("a folder");
@@ -216,7 +238,7 @@ fn mistakes_get_one_error_that_says_what_is_allowed() {
     let rod = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../checkpoints/rod-best");
     let rod = rod.to_str().expect("UTF-8");
     let seed = "--seed 0, but it must differ from the data sets' seed: learned guesses have seen those scenes";
-    let cases: [(&[&str], &str); 15] = [
+    let cases: [(&[&str], &str); 16] = [
         (&["compare", "--steps", "0"], "'0' for '--steps <STEPS>': it must be a whole number of at least 1"),
         (&["compare", "bend"], "there is no builtin scene `bend`"),
         (&["compare", "--with", "best"], "or a learned one: knn, gn, gn-best, gn-step"),
@@ -244,6 +266,10 @@ fn mistakes_get_one_error_that_says_what_is_allowed() {
         (&["steps", "--scenario", "tree"], "--scenario tree, but starts of whole steps are compared on rod and helix"),
         (&["steps", "--dt", "0"], "'0' for '--dt <DT>': it must be a finite number > 0"),
         (&["stress", "--only", "jelly"], "--only jelly: no case's name holds this text; there are: "),
+        (
+            &["benchmark", "--only", "rope"],
+            "--only rope: there is no such experiment; there are: catenary, cantilever, ",
+        ),
     ];
     for (arguments, expected) in cases {
         let output = evaluate(&folder, arguments);

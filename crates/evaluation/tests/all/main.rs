@@ -1,0 +1,4 @@
+//! Comparisons and experiments as programs run them.
+
+mod benchmark;
+mod precision;
