@@ -138,7 +138,7 @@ fn contact_parameters_are_checked() {
     let mut settings = Settings::default();
     settings.step.contact.active_gap = -1.0;
     let error = Simulation::new(&model, &state, &settings, None).err().unwrap();
-    assert_eq!(error.to_string(), "contact parameter near = -1, but it must be finite and > 0");
+    assert_eq!(error.to_string(), "contact parameter active_gap = -1, but it must be finite and > 0");
 }
 
 /// Deepest overlap of any two segments of different rods [m]; negative where they are apart.

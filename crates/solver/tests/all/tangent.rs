@@ -63,7 +63,7 @@ fn residuals_fall_quadratically_at_the_end_of_a_step() {
         let usual = settings_of(Tangent::Exact, Integrator::Euler);
         // Steps with a cap on their iterations leave what these leave.
         let mut capped = usual;
-        (capped.step.relative_tolerance, capped.step.absolute_tolerance, capped.step.max_halvings) = (0.0, 0.0, 0);
+        (capped.step.motion_tolerance, capped.step.max_halvings) = (0.0, 0);
         let mut simulation = Simulation::new(&model, &state, &usual, None).unwrap();
         let mut start = state.clone();
         for step in 0..10 {
