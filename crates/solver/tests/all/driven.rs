@@ -108,7 +108,8 @@ fn in_substeps_and_in_lanes() {
             let mut settings = settings(formulation, SolverKind::Direct);
             settings.step.integrator = integrator;
             (settings.step.max_iterations, settings.step.max_halvings) = (1, 2);
-            (settings.step.relative_tolerance, settings.step.absolute_tolerance) = (1e-13, 1e-13);
+            (settings.step.relative_tolerance, settings.step.absolute_tolerance, settings.step.motion_tolerance) =
+                (1e-13, 1e-13, 1e-13);
             let what = format!("{formulation}, {integrator}, {rods} rods");
             let simulation = follow(&model, &state, &settings, GuessKind::Zero, &what);
             assert!(simulation.counters().retries > 10, "{what}: {} retries", simulation.counters().retries);

@@ -86,7 +86,8 @@ fn in_substeps_alone_and_in_lanes() {
                 }
                 let mut settings = settings(formulation, SolverKind::Direct);
                 (settings.step.max_iterations, settings.step.max_halvings) = (1, 2);
-                (settings.step.relative_tolerance, settings.step.absolute_tolerance) = (1e-13, 1e-13);
+                (settings.step.relative_tolerance, settings.step.absolute_tolerance, settings.step.motion_tolerance) =
+                    (1e-13, 1e-13, 1e-13);
                 let what = format!("{formulation}, {kind}, {rods} rods");
                 let simulation = check(&model, &state, &settings, kind, &what);
                 assert!(simulation.counters().retries > 10, "{what}: {} retries", simulation.counters().retries);
