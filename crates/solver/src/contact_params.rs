@@ -140,7 +140,7 @@ impl ContactParams {
         newton_damping_increase: 30.0,
         max_blocks: 8_000_000,
         joint_tolerance: 0.01,
-        motion_tolerance: 10.0,
+        motion_tolerance: 1.0,
         divergence_ratio: 1e4,
         max_error_after: 4,
         max_error: 0.3,
