@@ -127,7 +127,7 @@ impl ContactParams {
         max_sweeps: 100,
         sweep_tolerance: 0.3,
         sweep_reduction: 3e-3,
-        momentum_sweep_tolerance: 0.1,
+        momentum_sweep_tolerance: 0.01,
         sweeps_before_newton: 4,
         unknowns_a_sweep: 8,
         max_newton_unknowns: 200,
