@@ -88,9 +88,9 @@ pub(crate) struct SceneArgs {
     /// slow motions keep their energy, fast waves are damped; not with learned guesses).
     #[arg(long, default_value_t = Integrator::default())]
     pub(crate) integrator: Integrator,
-    /// How exactly a step is solved where nothing can touch: no surface may be off by more than this share of a segment's length; with the
-    /// xpbd formulations, where anything may touch, its residual must fall to this share of what it was at the start of the step
-    /// [default: 1e-3, with the xpbd formulations 1e-6].
+    /// How exactly a step is solved: with newton, where nothing can touch, no surface may be off by more than this share of a segment's length;
+    /// with the xpbd formulations the residual must fall to this share of what it was at the start of the step [default: 1e-3; with the
+    /// xpbd formulations 1e-6].
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) tolerance: Option<f64>,
     /// How exactly contacts are solved: how deep two rods may overlap, or slip where they should stick, as a share of the

@@ -486,7 +486,7 @@ impl Simulation {
     fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         visitor.number(&mut self.time);
         visitor.number(&mut self.time_lost);
-        self.tape_holds(visitor);
+        self.visit_holds(visitor);
         visitor.size(self.pieces.len());
         self.pieces.iter_mut().for_each(|piece| piece.visit_state(visitor));
     }

@@ -52,7 +52,7 @@ impl Steady {
     }
 }
 
-/// By how much a body that is driven may turn in a step [rad]. JointExtras a quarter of a turn the rods beside it can lose whole
+/// By how much a body that is driven may turn in a step [rad]. Beyond a quarter of a turn the rods beside it can lose whole
 /// turns.
 pub(crate) const LARGEST_TURN: f64 = 1.0;
 

@@ -88,6 +88,6 @@ impl<T: Real> Component<T> {
         visitor.number(dt);
         visitor.word(solves);
         visitor.word(evaluations);
-        self.tape_motions(visitor);
+        self.visit_motions(visitor);
     }
 }

@@ -15,7 +15,7 @@ use crate::kernel::Spatial;
 use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 
-/// The solver's variable that stands for a `rate` [rad/s] in a step of `dt` [s]. JointExtras half a turn a step no sine tells
+/// The solver's variable that stands for a `rate` [rad/s] in a step of `dt` [s]. Beyond half a turn a step no sine tells
 /// it; the variable goes on with the slope 2 / pi then, by which a prediction knows it.
 fn variable<T: Real>(rate: Vec3<T>, dt: f64) -> Vec3<T> {
     let (half, most) = (rate.norm_squared().sqrt() * T::splat(0.5 * dt), T::splat(FRAC_PI_2));

@@ -1,4 +1,4 @@
-//! A counting sort: contacts and pairs by what they belong to.
+//! A counting sort: contacts and redundant pairs by what they belong to.
 
 /// Puts items, each with the number of its bucket, into `out`, bucket by bucket and in their order within each. `starts` gets where
 /// each of `buckets` begins, and the end.

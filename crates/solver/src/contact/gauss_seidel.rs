@@ -66,7 +66,7 @@ pub(super) struct GaussSeidel {
 /// What a node keeps.
 #[derive(Default)]
 struct NodeShare {
-    /// RedundantPair, the first of which are its own contacts.
+    /// Redundant pairs whose first contact is its own.
     pairs: Vec<RedundantPair>,
     /// Impulses at the start of a round.
     start: Vec<Row>,
@@ -126,7 +126,7 @@ impl GaussSeidel {
         self.sweeps
     }
 
-    /// Finds pairs, and sorts them by the node that holds both.
+    /// Finds redundant pairs, and sorts them by the node that holds both.
     fn find_redundant_pairs(&mut self, problem: &Problem) {
         let Self { pairs, pair_cuts, shares, .. } = self;
         let partition = &problem.partition;
@@ -139,11 +139,11 @@ impl GaussSeidel {
         } else {
             shares.iter_mut().enumerate().for_each(find);
         }
-        let node = |pairs: &RedundantPair| {
-            let [a, b] = pairs.pair().map(|contact| partition.leaves_of(contact));
+        let node = |pair: &RedundantPair| {
+            let [a, b] = pair.pair().map(|contact| partition.leaves_of(contact));
             partition.node(partition::join(a, b))
         };
-        let found = shares.iter().flat_map(|share| &share.pairs).map(|pairs| (node(pairs), *pairs));
+        let found = shares.iter().flat_map(|share| &share.pairs).map(|pair| (node(pair), *pair));
         buckets::sort(found, partition.nodes(), pair_cuts, pairs);
     }
 
@@ -302,8 +302,8 @@ impl Field<'_> {
                 }
                 Work::Backwards => share.worst = view.sweep(own, true),
                 Work::RedundantPair => {
-                    for pairs in &self.pairs[pairs] {
-                        pairs.transfer(&mut view);
+                    for pair in &self.pairs[pairs] {
+                        pair.transfer(&mut view);
                     }
                 }
                 Work::Residual => share.worst = view.residual(own),

@@ -55,7 +55,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Shows all that moves by itself to a visitor.
-    pub(in crate::component) fn tape_motions(&mut self, visitor: &mut StateVisitor<'_>) {
+    pub(in crate::component) fn visit_motions(&mut self, visitor: &mut StateVisitor<'_>) {
         let mut count = self.moved.len();
         visitor.count(&mut count);
         let own = if visitor.is_reading() { std::mem::take(&mut self.moved) } else { Vec::new() };

@@ -76,7 +76,7 @@ fn plain_sweeps(problem: &mut Problem, tolerance: f64, most: usize) -> usize {
     (0..most).find(|k| problem.sweep(k % 2 == 1) <= tolerance).map_or(most, |last| last + 1)
 }
 
-/// RedundantPair: sweeps move force between them slowly, moves from one to the other do it at once. Whether they stick or slide, or one
+/// Redundant pairs: sweeps move force between them slowly, moves from one to the other do it at once. Whether they stick or slide, or one
 /// sticks and the next slides.
 #[test]
 fn redundant_pairs_share_their_force_in_few_sweeps() {

@@ -146,13 +146,13 @@ impl Simulation {
     }
 
     /// Shows a visitor what is held and how far the grips with times are; takes hold and lets go of what a visitor says otherwise.
-    pub(in crate::simulation) fn tape_holds(&mut self, visitor: &mut StateVisitor<'_>) {
+    pub(in crate::simulation) fn visit_holds(&mut self, visitor: &mut StateVisitor<'_>) {
         for own in &mut self.schedule {
             let mut phase = Phase::ALL.iter().position(|phase| *phase == own.phase).unwrap_or_default();
             visitor.count(&mut phase);
             own.phase = Phase::ALL.get(phase).copied().unwrap_or(own.phase);
             let mut grip = own.grip();
-            tape_grip(visitor, &mut grip);
+            visit_grip(visitor, &mut grip);
             if visitor.is_reading() && grip != own.grip() {
                 own.driven = Arc::new(grip.of(&own.given));
                 own.taken = grip.taken;
@@ -214,7 +214,7 @@ impl Simulation {
 }
 
 /// Shows a grip to a visitor.
-fn tape_grip(visitor: &mut StateVisitor<'_>, grip: &mut TimedGrip) {
+fn visit_grip(visitor: &mut StateVisitor<'_>, grip: &mut TimedGrip) {
     let none = Taken {
         pose: Pose { position: Vector3::zeros(), orientation: UnitQuaternion::identity() },
         centre: Vector3::zeros(),
