@@ -17,6 +17,7 @@ use solver::component::{BodyPose, Component};
 use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::{InitialGuess, StepExtrapolation};
+use solver::integrator::Integrator;
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
@@ -30,6 +31,7 @@ pub(crate) const TOLERANCES: [f64; 2] = [1e-3, 1e-6];
 /// How tightly a step is solved to be learned from.
 const TIGHT: StepParams = StepParams {
     formulation: Formulation::Newton,
+    integrator: Integrator::Euler,
     relative_tolerance: 1e-8,
     motion_tolerance: 1e-8,
     absolute_tolerance: 1e-10,
@@ -81,7 +83,7 @@ impl Trajectory {
     /// The simulation, from its first step.
     pub(crate) fn simulation(&self, guess: GuessFactory<'_>) -> Result<Simulation, SimulationError> {
         let mut settings = Settings::default();
-        settings.step.formulation = Formulation::Newton;
+        (settings.step.formulation, settings.step.integrator) = (Formulation::Newton, Integrator::Euler);
         (settings.step.relative_tolerance, settings.step.motion_tolerance) = (self.tolerance, self.tolerance);
         Simulation::new(&self.scene.model, &self.scene.state, &settings, Some(guess))
     }

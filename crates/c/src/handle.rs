@@ -96,12 +96,12 @@ pub struct Snapshot {
 }
 
 impl Handle {
-    /// From a scene file. `method` has names of formulation and integrator; the defaults unless given.
+    /// From a scene file. `method` has names of formulation and integrator; those of the scene, else the defaults, unless given.
     ///
     /// # Errors
     /// If the file is no scene, the scene goes on from another run, or no equilibrium is found for a scene that begins in one.
     pub fn open(path: &str, method: [Option<&str>; 2]) -> Result<Self, Failure> {
-        Self::of(scene::load(Path::new(path)).map_err(Failure::input)?, params(method)?)
+        Self::of(scene::load(Path::new(path)).map_err(Failure::input)?, method)
     }
 
     /// From a scene that comes with the library, by its name.
@@ -109,10 +109,11 @@ impl Handle {
     /// # Errors
     /// If there is none of that name.
     pub fn builtin(name: &str, method: [Option<&str>; 2]) -> Result<Self, Failure> {
-        Self::of(scene::builtin(name).map_err(Failure::input)?, params(method)?)
+        Self::of(scene::builtin(name).map_err(Failure::input)?, method)
     }
 
-    fn of(mut scene: Scene, step: StepParams) -> Result<Self, Failure> {
+    fn of(mut scene: Scene, method: [Option<&str>; 2]) -> Result<Self, Failure> {
+        let step = params(method, &scene)?;
         if scene.from.is_some() {
             return Err(Failure::input(format!("{}: run.from is not known here; use a scene without it", scene.name)));
         }
@@ -351,9 +352,10 @@ impl Handle {
     }
 }
 
-/// How to step, with the names that are given.
-fn params([formulation, integrator]: [Option<&str>; 2]) -> Result<StepParams, Failure> {
-    let own = StepParams { tangent: Tangent::Auto, ..StepParams::default() };
+/// How to step a scene, with the names that are given.
+fn params([formulation, integrator]: [Option<&str>; 2], scene: &Scene) -> Result<StepParams, Failure> {
+    let integrator_of_scene = scene.run.integrator.unwrap_or_default();
+    let own = StepParams { tangent: Tangent::Auto, integrator: integrator_of_scene, ..StepParams::default() };
     let wrong = |name: &str, expected: String| Failure::input(format!("{name:?}: {expected}"));
     let formulation = formulation.map_or(Ok(own.formulation), |name| name.parse().map_err(|e| wrong(name, e)))?;
     let integrator = integrator.map_or(Ok(own.integrator), |name| name.parse().map_err(|e| wrong(name, e)))?;

@@ -6,6 +6,7 @@ use dataset::Scenario;
 use rod::{Body, Joint};
 use scene::Scene;
 use solver::formulation::Tangent;
+use solver::integrator::Integrator;
 use solver::step::StepParams;
 
 use crate::name::{GuessName, Recipe};
@@ -21,6 +22,7 @@ const LONGEST_STEP: f64 = 0.025;
 pub fn learned_start(scene: &Scene, step: &StepParams) -> Option<(GuessName, String)> {
     let is_taken = cfg!(feature = "gn")
         && step.formulation.momentum()
+        && step.integrator == Integrator::Euler
         && step.tangent == Tangent::Positive
         && scene.model.contacts.is_empty()
         && scene.model.beyond_the_paper().is_none()
@@ -109,12 +111,18 @@ mod tests {
     fn it_is_for_helices_like_those_of_its_training() {
         use solver::formulation::Formulation;
 
-        let step = |formulation| StepParams { formulation, tangent: Tangent::Positive, ..StepParams::DEFAULT };
+        let step = |formulation| StepParams {
+            formulation,
+            tangent: Tangent::Positive,
+            integrator: Integrator::Euler,
+            ..StepParams::DEFAULT
+        };
         let chosen = |name: &str, step: StepParams| learned_start(&scene::builtin(name).unwrap(), &step).is_some();
         let newton = step(Formulation::Newton);
         assert!(chosen("helix", newton));
         assert!(!chosen("helix", step(Formulation::Xpbd)));
         assert!(!chosen("helix", StepParams { tangent: Tangent::Auto, ..newton }));
+        assert!(!chosen("helix", StepParams { integrator: Integrator::Bdf2, ..newton }));
         for name in ["bending-rod", "helix-on-plane", "michell-ring", "tree-10", "bend-45", "hair"] {
             assert!(!chosen(name, newton), "{name}");
         }

@@ -6,6 +6,7 @@ use names::names;
 use scene::sampling::{Family, KNOT_STEPS, Knot, Parameters, TREE_STEPS, Tree};
 use serde::{Deserialize, Serialize};
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::step::StepParams;
 
 use crate::DatasetError;
@@ -243,10 +244,11 @@ impl Config {
         }
     }
 
-    /// How a step is solved: the paper's formulation, to the tolerances.
+    /// How a step is solved: the paper's formulation and integrator, to the tolerances.
     pub(crate) fn step(&self) -> StepParams {
         StepParams {
             formulation: Formulation::Xpbd,
+            integrator: Integrator::Euler,
             relative_tolerance: self.relative_tolerance,
             absolute_tolerance: self.absolute_tolerance,
             max_iterations: self.max_iterations,

@@ -7,6 +7,7 @@ use scene::Scene;
 use solver::auto;
 use solver::formulation::{Formulation, Tangent};
 use solver::guess::GuessKind;
+use solver::integrator::Integrator;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
@@ -36,6 +37,9 @@ pub(crate) mod kinds {
     pub(crate) const AUTO: &str = "auto";
 }
 
+/// How steps are solved, but for the formulation: by Euler's rule, from whose steps guesses have learned.
+const STEP: StepParams = StepParams { tangent: Tangent::Auto, integrator: Integrator::Euler, ..StepParams::DEFAULT };
+
 /// The ways of a scene with these learned guesses; of a quick report the most telling ones.
 pub(crate) fn ways<'a>(scene: &Scene, guesses: &'a Guesses, size: Size) -> Vec<Way<'a>> {
     let plane = planar_normal(&scene.model, &scene.state);
@@ -45,13 +49,13 @@ pub(crate) fn ways<'a>(scene: &Scene, guesses: &'a Guesses, size: Size) -> Vec<W
     let mut add = |name: String, kind, formulation, solver, start| {
         // Where conjugate gradients do not converge, halved steps would take their time to show the same.
         let max_halvings = if matches!(solver, SolverKind::Cg(_)) { 0 } else { StepParams::DEFAULT.max_halvings };
-        let step = StepParams { formulation, tangent: Tangent::Auto, max_halvings, ..StepParams::DEFAULT };
+        let step = StepParams { formulation, max_halvings, ..STEP };
         ways.push(Way { name, kind, settings: Settings { step, solver }, start });
     };
     for formulation in Formulation::ALL {
         let direct = format!("{formulation}, direct");
         add(direct, kinds::DIRECT, formulation, SolverKind::Direct, Start::Plain(GuessKind::Zero));
-        let step = StepParams { formulation, tangent: Tangent::Auto, ..StepParams::DEFAULT };
+        let step = StepParams { formulation, ..STEP };
         let solver = auto::choose(&scene.model, &step, None).solver;
         let chosen = learned_start(scene, &step);
         let chosen = chosen.and_then(|(name, _)| rows.iter().find(|row| row.guess_name == name));

@@ -25,7 +25,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let formulation: Formulation = arguments.next().map_or(Ok(Formulation::default()), |name| name.parse())?;
     let scene = if name.ends_with(".toml") { scene::load(&name)? } else { scene::builtin(&name)? };
     let model = &scene.model;
-    let mut step = StepParams { formulation, ..StepParams::default() };
+    let mut step =
+        StepParams { formulation, integrator: scene.run.integrator.unwrap_or_default(), ..StepParams::default() };
     if let Some(tolerance) = arguments.next() {
         step.contact_tolerance = tolerance.parse()?;
     }

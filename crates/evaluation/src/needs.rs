@@ -67,7 +67,7 @@ pub fn measure(
     formulation: Formulation,
     mut go_on: impl FnMut() -> bool,
 ) -> Result<Option<Needs>, SimulationError> {
-    let step = StepParams { formulation, ..StepParams::default() };
+    let step = StepParams { formulation, integrator: run.integrator.unwrap_or_default(), ..StepParams::default() };
     let choice = auto::choose(model, &step, None);
     let settings = Settings { step, solver: choice.solver };
     let build = |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology);

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use solver::auto;
 use solver::component::Members;
 use solver::formulation::{Formulation, Tangent};
+use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation, SimulationError};
 use solver::step::StepParams;
 use solver::topology::Topology;
@@ -47,7 +48,12 @@ pub fn measure(
     mut progress: impl FnMut(usize) -> bool,
 ) -> Result<Option<Vec<Ending>>, SimulationError> {
     let ways = TANGENTS.map(|tangent| {
-        let step = StepParams { formulation: Formulation::Newton, tangent, ..StepParams::DEFAULT };
+        let step = StepParams {
+            formulation: Formulation::Newton,
+            integrator: Integrator::Euler,
+            tangent,
+            ..StepParams::DEFAULT
+        };
         (step, auto::choose(model, &step, None))
     });
     let builds = ways.each_ref().map(|(_, choice)| {

@@ -20,6 +20,7 @@ mod drag;
 mod driven;
 mod error;
 mod freedom;
+mod integrator;
 mod joint;
 mod joint_force;
 mod material;
@@ -51,6 +52,7 @@ pub use contact::{CYLINDER_SIDES, Contacts, Friction, Obstacle, ObstacleShape, S
 pub use driven::{Carried, Driven};
 pub use error::{DriveError, ModelError};
 pub use freedom::{Freedom, Springs};
+pub use integrator::Integrator;
 pub use joint_force::{JointForce, curvature};
 pub use material::{InnerDamping, Material, Stretch};
 pub use mesh::{Mesh, MeshError};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use rod::{Model, Probe, State};
+use rod::{Integrator, Model, Probe, State};
 
 use crate::origin::Origin;
 use crate::text::SceneText;
@@ -46,6 +46,8 @@ pub struct RunDefaults {
     pub steps: usize,
     /// Every so many steps a frame is kept, and the last one.
     pub every: usize,
+    /// The rule that integrates the motion, where the scene names one.
+    pub integrator: Option<Integrator>,
 }
 
 /// Where one rod of a scene is found in its model; or one rigid body, which is a rod of one segment there.

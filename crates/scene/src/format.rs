@@ -70,6 +70,15 @@ pub(crate) struct Run {
     pub(crate) every: Option<Count>,
     pub(crate) from: Option<Spanned<String>>,
     pub(crate) begin: Option<Spanned<Beginning>>,
+    pub(crate) integrator: Option<Rule>,
+}
+
+/// The rule that integrates the motion.
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Rule {
+    Euler,
+    Bdf2,
 }
 
 #[derive(Clone, Copy, Deserialize, PartialEq)]

@@ -10,7 +10,7 @@ use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::step::StepParams;
 
-use crate::cli::RunArgs;
+use crate::cli::{RunArgs, SceneArgs};
 use crate::solver_name::SolverName;
 
 /// How a scene is solved.
@@ -33,11 +33,17 @@ pub(crate) fn formulation(asked: Option<Formulation>, guess: Option<GuessName>) 
     asked.unwrap_or(if learned { Formulation::Xpbd } else { Formulation::default() })
 }
 
+/// The integrator of a run with such a start: that which is `asked` for, else of learned starts that of the steps they have learned from.
+pub(crate) fn integrator(asked: Option<Integrator>, guess: Option<GuessName>) -> Integrator {
+    let learned = guess.is_some_and(GuessName::is_learned);
+    asked.unwrap_or(if learned { Integrator::Euler } else { Integrator::default() })
+}
+
 /// The way that the arguments ask for; what they leave open is chosen for the scene.
 ///
 /// # Errors
 /// If flags do not go together.
-pub(crate) fn way((asked, args): (Option<Formulation>, &RunArgs), scene: &Scene, step: &StepParams) -> Result<Way> {
+pub(crate) fn way((of_scene, args): (&SceneArgs, &RunArgs), scene: &Scene, step: &StepParams) -> Result<Way> {
     check_guess(args, step)?;
     let (asked_solver, why_cg) = asked_solver(args)?;
     if let Some(guess) = args.guess
@@ -52,9 +58,7 @@ pub(crate) fn way((asked, args): (Option<Formulation>, &RunArgs), scene: &Scene,
     choice.why_solver = why_cg.or(choice.why_solver);
     let solver = choice.solver;
     let Some(guess) = args.guess else {
-        // Learned starts are from steps of Euler's rule.
-        let learned = || learned_start(scene, step).filter(|_| step.integrator == Integrator::Euler);
-        if let Some((guess, why)) = learned() {
+        if let Some((guess, why)) = learned_start(scene, step) {
             let reasons = choice.reason_of_solver().into_iter().chain([why]);
             return Ok(Way { solver, guess, choice: None, chosen: Some(reasons.collect::<Vec<_>>().join("; ")) });
         }
@@ -64,8 +68,12 @@ pub(crate) fn way((asked, args): (Option<Formulation>, &RunArgs), scene: &Scene,
     if guess.helps_solves() && !matches!(solver, SolverKind::Cg(_)) {
         bail!("--guess {guess} needs --solver cg, but the solver is {solver}, which has no use for a start");
     }
-    let is_left_open = asked.is_none() && step.formulation != Formulation::default();
-    let learned = is_left_open.then(|| format!("formulation {}: {guess} has learned from its steps", step.formulation));
+    let formulation = (of_scene.formulation.is_none() && step.formulation != Formulation::default())
+        .then(|| format!("formulation {}", step.formulation));
+    let rule = (of_scene.integrator.or(scene.run.integrator).is_none() && step.integrator != Integrator::default())
+        .then(|| format!("integrator {}", step.integrator));
+    let open: Vec<_> = formulation.into_iter().chain(rule).collect();
+    let learned = (!open.is_empty()).then(|| format!("{}: {guess} has learned from such steps", open.join(", ")));
     let reasons: Vec<_> = learned.into_iter().chain(choice.reason_of_solver()).collect();
     let chosen = (!reasons.is_empty()).then(|| reasons.join("; "));
     Ok(Way { solver, guess, choice: None, chosen })

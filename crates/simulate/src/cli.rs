@@ -84,10 +84,11 @@ pub(crate) struct SceneArgs {
     /// The motion is the same to the tolerance.
     #[arg(long, default_value_t = Tangent::default())]
     pub(crate) tangent: Tangent,
-    /// How the motion goes on from step to step: euler (robust; long steps damp swings and waves), bdf2 (of second order:
-    /// slow motions keep their energy, fast waves are damped; not with learned guesses).
-    #[arg(long, default_value_t = Integrator::default())]
-    pub(crate) integrator: Integrator,
+    /// How the motion goes on from step to step: bdf2 (of second order: slow motions keep their energy, fast waves are
+    /// damped), euler (of first order: long steps damp swings and waves) [default: the scene's `run.integrator`; euler with a
+    /// learned guess, which has learned from its steps; else bdf2].
+    #[arg(long)]
+    pub(crate) integrator: Option<Integrator>,
     /// How exactly a step is solved: with newton, where nothing can touch, no surface may be off by more than this share of a segment's length;
     /// with the xpbd formulations the residual must fall to this share of what it was at the start of the step [default: 1e-3; with the
     /// xpbd formulations 1e-6].

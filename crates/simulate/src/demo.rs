@@ -38,9 +38,9 @@ pub(crate) fn demo() -> Result<Outcome> {
         return Ok(outcome);
     }
     let scene = scene(&cli.scene)?.scene;
-    let settings = settings(&cli.scene, cli.run.guess);
+    let settings = settings(&cli.scene, cli.run.guess, &scene.run);
     let training = Training::for_scene(&cli.run.learned, cli.run.guess.as_slice(), None, &scene, true)?;
-    let cg = way((cli.scene.formulation, &cli.run), &scene, &settings.step)?.solver;
+    let cg = way((&cli.scene, &cli.run), &scene, &settings.step)?.solver;
     // The rod stays in a plane; of the guesses, gn alone does not know that by itself.
     let plane = planar_normal(&scene.model, &scene.state);
     let ways = [

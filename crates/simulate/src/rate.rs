@@ -36,7 +36,7 @@ impl Rate {
         if !(steps <= MOST_STEPS && between.is_finite()) {
             bail!("--fps {fps}: these are {} time steps, but it may be {MOST_STEPS:e} at most", number(steps));
         }
-        let run = RunDefaults { dt: between / every, steps: steps as usize, every: every as usize };
+        let run = RunDefaults { dt: between / every, steps: steps as usize, every: every as usize, ..*asked };
         Ok(Self { fps, run, asked: *asked })
     }
 }
@@ -62,8 +62,8 @@ mod tests {
     use super::*;
 
     fn of(fps: f64, dt: f64, steps: usize) -> (f64, usize, usize) {
-        let Rate { run: RunDefaults { dt, steps, every }, .. } =
-            Rate::new(fps, &RunDefaults { dt, steps, every: 7 }).unwrap();
+        let Rate { run: RunDefaults { dt, steps, every, .. }, .. } =
+            Rate::new(fps, &RunDefaults { dt, steps, every: 7, integrator: None }).unwrap();
         (dt, steps, every)
     }
 
@@ -78,7 +78,7 @@ mod tests {
         // On to the next frame after 0.1 s.
         assert_eq!(of(24.0, 0.05, 2), (1.0 / 24.0, 3, 1));
         assert_eq!(of(24.0, 0.05, 0).1, 0);
-        assert!(Rate::new(1e300, &RunDefaults { dt: 1.0, steps: 5, every: 1 }).is_err());
-        assert!(Rate::new(1e-310, &RunDefaults { dt: 1.0, steps: 5, every: 1 }).is_err());
+        assert!(Rate::new(1e300, &RunDefaults { dt: 1.0, steps: 5, every: 1, integrator: None }).is_err());
+        assert!(Rate::new(1e-310, &RunDefaults { dt: 1.0, steps: 5, every: 1, integrator: None }).is_err());
     }
 }

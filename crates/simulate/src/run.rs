@@ -13,7 +13,6 @@ use scene::Scene;
 use solver::auto::Choice;
 use solver::component::Members;
 use solver::guess::GuessKind;
-use solver::integrator::Integrator;
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::snapshot::Snapshot;
 use solver::step::{Status, StepParams};
@@ -60,8 +59,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let Begun { mut scene, snapshot: from, .. } = begun;
     let rods = rods::named(&scene, args)?;
     use_threads(scene_args)?;
-    let mut settings = settings(scene_args, args.guess);
-    let Way { solver, guess: name, choice, chosen } = way((scene_args.formulation, args), &scene, &settings.step)?;
+    let mut settings = settings(scene_args, args.guess, &scene.run);
+    let Way { solver, guess: name, choice, chosen } = way((scene_args, args), &scene, &settings.step)?;
     settings.solver = solver;
     let quiet = scene_args.quiet || scene_args.json;
     let training = Training::for_scene(&args.learned, args.guess.as_slice(), args.scenario, &scene, quiet)?;
@@ -242,10 +241,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
 /// The run in a few words, for pictures.
 fn title(scene: &Scene, settings: &Settings, guess: GuessName, args: &RunArgs) -> String {
     let Settings { step, solver } = settings;
-    let way = match step.integrator {
-        Integrator::Euler => step.formulation.to_string(),
-        integrator => format!("{}, {integrator}", step.formulation),
-    };
+    let way = format!("{}, {}", step.formulation, step.integrator);
     match args.end_to_end {
         Some(predictions) => format!("{}: {guess} end to end, {predictions} predictions a step", scene.name),
         None if matches!(guess, GuessName::Plain(GuessKind::Zero)) => {

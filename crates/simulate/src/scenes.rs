@@ -6,12 +6,12 @@ use anyhow::{Context as _, Error, Result, anyhow, bail};
 use catalogue::GuessName;
 use export::TrajectoryReader;
 use rod::{Body, Model, Pose};
-use scene::{Origin, Scene, SceneText};
+use scene::{Origin, RunDefaults, Scene, SceneText};
 use solver::simulation::{Overlap, Overlapped, Settings};
 use solver::snapshot::Snapshot;
 use solver::statics::{StaticParams, equilibrium};
 
-use crate::choice::formulation;
+use crate::choice::{formulation, integrator};
 use crate::chosen::chosen;
 use crate::cli::{BeginArgs, SceneArgs};
 use crate::files::TRAJECTORY;
@@ -162,16 +162,17 @@ pub(crate) fn overlapping(scene: &Scene, args: &SceneArgs, overlap: &Overlap) ->
     anyhow!("{file}{line}: {what} at the start{more}; move them apart, or allow it (`contact.allow_overlap`)")
 }
 
-/// Settings with the formulation and the tolerances of the arguments, with such a start; the absolute tolerance goes down with the relative one.
-pub(crate) fn settings(args: &SceneArgs, guess: Option<GuessName>) -> Settings {
+/// Settings with the formulation, the integrator and the tolerances of the arguments, for such a start and the `run` of a scene; the absolute tolerance
+/// goes down with the relative one.
+pub(crate) fn settings(args: &SceneArgs, guess: Option<GuessName>, run: &RunDefaults) -> Settings {
     let mut settings = Settings::default();
     settings.step.formulation = formulation(args.formulation, guess);
+    settings.step.integrator = integrator(args.integrator.or(run.integrator), guess);
     if let Some(tolerance) = args.tolerance {
         (settings.step.relative_tolerance, settings.step.motion_tolerance) = (tolerance, tolerance);
         settings.step.absolute_tolerance = settings.step.absolute_tolerance.min(1e-3 * tolerance);
     }
     settings.step.tangent = args.tangent;
-    settings.step.integrator = args.integrator;
     settings.step.contact_tolerance = args.contact_tolerance;
     settings.step.contact_projection = args.contacts;
     settings

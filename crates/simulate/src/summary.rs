@@ -279,11 +279,10 @@ impl Summary {
             "auto" => String::new(),
             other => format!(", tangent {other}"),
         };
-        let integrator = match self.integrator {
-            "euler" => String::new(),
-            other => format!(", integrator {other}"),
-        };
-        say!("formulation {formulation}{tangent}{integrator}, solver {solver}, guess {guess}{plane}{end}")?;
+        let integrator = self.integrator;
+        say!(
+            "formulation {formulation}{tangent}, integrator {integrator}, solver {solver}, guess {guess}{plane}{end}"
+        )?;
         if let Some(chosen) = &self.chosen {
             say!("chosen: {chosen}")?;
         }

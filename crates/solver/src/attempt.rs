@@ -143,11 +143,14 @@ pub(crate) fn begin<T: Real>(
     if formulation.momentum() {
         component.begin_measure(tolerance);
     }
-    let mut residuals = evaluate(component, formulation, counters);
-    watch.mark(&mut counters.times.assemble);
-    let target = match formulation.momentum() {
-        true => T::splat(tolerance),
-        false => target(&residuals, params),
+    let mut evaluated = None;
+    if !formulation.momentum() || guess.reads_prediction() {
+        evaluated = Some(evaluate(component, formulation, counters));
+        watch.mark(&mut counters.times.assemble);
+    }
+    let target = match &evaluated {
+        Some(predicted) if !formulation.momentum() => target(predicted, params),
+        _ => T::splat(tolerance),
     };
     let mut start = Start::Prediction;
     if guess.start_step(component, counters) {
@@ -160,9 +163,13 @@ pub(crate) fn begin<T: Real>(
             component.poses.copy_from_slice(&component.predicted);
             counters.guesses_dropped += 1;
         }
-        residuals = evaluate(component, formulation, counters);
-        watch.mark(&mut counters.times.assemble);
+        evaluated = None;
     }
+    let residuals = match evaluated {
+        Some(predicted) => predicted,
+        None => evaluate(component, formulation, counters),
+    };
+    watch.mark(&mut counters.times.assemble);
     counters.load_evaluations += component.load_count() as u64;
     if component.is_damped() {
         counters.damping_evaluations += (component.segments() * component.used) as u64;

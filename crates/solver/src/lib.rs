@@ -32,7 +32,11 @@ pub mod counters;
 pub mod derivative;
 pub mod formulation;
 pub mod guess;
-pub mod integrator;
+pub mod integrator {
+    //! How a motion goes on from step to step.
+
+    pub use rod::Integrator;
+}
 mod lane_batch;
 mod limits;
 pub mod modes;

@@ -23,6 +23,10 @@ pub trait StepGuess<T: Real> {
     fn exists(&self) -> bool {
         true
     }
+    /// Whether it reads the system at the prediction for that.
+    fn reads_prediction(&self) -> bool {
+        false
+    }
     /// Lets the guess replace p* and lambda = 0. Returns whether it did.
     fn start_step(&mut self, component: &mut Component<T>, counters: &mut Counters) -> bool;
     /// Lets the guess fill the start of a linear solve. Returns whether it did.
@@ -49,6 +53,10 @@ impl<T: Real> StepGuess<T> for NoGuess {
 }
 
 impl StepGuess<f64> for Box<dyn InitialGuess> {
+    fn reads_prediction(&self) -> bool {
+        self.helps_steps() && self.as_ref().reads_prediction()
+    }
+
     fn start_step(&mut self, component: &mut Component<f64>, counters: &mut Counters) -> bool {
         if !self.helps_steps() {
             return false;

@@ -46,7 +46,7 @@ impl StepParams {
     pub const DEFAULT: Self = Self {
         formulation: Formulation::Newton,
         tangent: Tangent::Positive,
-        integrator: Integrator::Euler,
+        integrator: Integrator::Bdf2,
         relative_tolerance: 1e-6,
         motion_tolerance: 1e-3,
         absolute_tolerance: 1e-9,

@@ -15,6 +15,7 @@ use scene::Scene;
 use solver::component::Members;
 use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
+use solver::integrator::Integrator;
 use solver::linear::precondition::PreconditionerKind;
 use solver::simulation::{GuessFactory, Settings};
 use solver::topology::Topology;
@@ -86,7 +87,7 @@ fn measure(
     let is_free = !are_planar || encoding.features == Features::Paper;
     // The paper's formulation, and the data sets'.
     let mut settings = Settings::default();
-    settings.step.formulation = Formulation::Xpbd;
+    (settings.step.formulation, settings.step.integrator) = (Formulation::Xpbd, Integrator::Euler);
     let is_on = || !stopped.load(Ordering::Relaxed);
     let mut measured = Vec::new();
     for (Scene { model, state, run, .. }, plane) in scenes.iter().zip(planes) {

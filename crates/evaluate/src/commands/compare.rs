@@ -12,6 +12,7 @@ use graph::planar_normal;
 use report::{Block, Cell, Conditions};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
+use solver::integrator::Integrator;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
@@ -86,7 +87,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome> {
     let mut entry = |name: String, formulation, solver, guess| {
         // Where CG does not converge, halved steps would take their time to show the same.
         let max_halvings = if matches!(solver, SolverKind::Cg(_)) { 0 } else { StepParams::DEFAULT.max_halvings };
-        let step = StepParams { formulation, max_halvings, ..StepParams::DEFAULT };
+        // Guesses have learned from steps of Euler's rule.
+        let integrator = Integrator::Euler;
+        let step = StepParams { formulation, integrator, max_halvings, ..StepParams::DEFAULT };
         entries.push(Entry { name, settings: level.settings(&Settings { step, solver }), guess });
     };
     // The entry whose formulation the reference takes comes first.

@@ -18,6 +18,7 @@ use report::{Block, Cell, Conditions};
 use scene::Scene;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
+use solver::integrator::Integrator;
 use solver::simulation::{GuessFactory, Settings};
 use solver::step::StepParams;
 use terminal::{Progress, positive};
@@ -145,7 +146,10 @@ pub(super) fn plan(
 
 /// Direct solves of a formulation.
 fn direct(formulation: Formulation) -> Settings {
-    Settings { step: StepParams { formulation, ..StepParams::DEFAULT }, ..Settings::default() }
+    Settings {
+        step: StepParams { formulation, integrator: Integrator::Euler, ..StepParams::DEFAULT },
+        ..Settings::default()
+    }
 }
 
 /// Measures guesses of linear solves and shows the tables.

@@ -8,6 +8,7 @@ use evaluation::paper::{CgSolver, DIRECT, NamedGuess};
 use graph::planar_normal;
 use scene::Scene;
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::simulation::{GuessFactory, Simulation};
@@ -46,7 +47,7 @@ pub(crate) fn with_guesses<T, E: Into<anyhow::Error>>(
 pub(crate) fn solver(preconditioner: &str, tolerance: f64) -> Result<CgSolver> {
     let preconditioner = preconditioner.parse().map_err(anyhow::Error::msg)?;
     Ok(CgSolver {
-        step: StepParams { formulation: Formulation::Xpbd, ..StepParams::DEFAULT },
+        step: StepParams { formulation: Formulation::Xpbd, integrator: Integrator::Euler, ..StepParams::DEFAULT },
         cg: CgParams { preconditioner, tolerance, ..CgParams::default() },
     })
 }

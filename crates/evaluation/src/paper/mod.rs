@@ -115,6 +115,7 @@ fn quickest<T>(
 #[cfg(test)]
 mod example {
     use scene::sampling::{Parameters, Rod};
+    use solver::integrator::Integrator;
 
     use super::*;
 
@@ -128,7 +129,7 @@ mod example {
     }
 
     pub(super) const CG: CgSolver = CgSolver {
-        step: StepParams::DEFAULT,
+        step: StepParams { integrator: Integrator::Euler, ..StepParams::DEFAULT },
         cg: CgParams {
             preconditioner: solver::linear::precondition::PreconditionerKind::BlockJacobi,
             tolerance: 1e-6,

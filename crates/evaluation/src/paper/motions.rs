@@ -175,7 +175,7 @@ mod tests {
 
     /// Solved, from a guess, and by predictions alone.
     fn measured(scene: &Scene, steps: usize, frames: &[usize]) -> Vec<Trace> {
-        let once = StepParams { max_iterations: 1, ..StepParams::DEFAULT };
+        let once = StepParams { max_iterations: 1, ..CG.step };
         let (model, state) = (&scene.model, &scene.state);
         let ways = [
             ("direct", Simulation::new(model, state, &CG.direct(), None)),

@@ -5,6 +5,7 @@ use rod::{Model, State};
 use scene::Scene;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
+use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
 
@@ -65,9 +66,10 @@ impl Problem {
         refined: &[Scene],
         mut go_on: impl FnMut() -> bool,
     ) -> Result<Option<Self>, SimulationError> {
+        let integrator = Integrator::Euler;
         let mut exact = Vec::with_capacity(formulations.len());
         for &formulation in formulations {
-            let settings = exact_settings(&StepParams { formulation, ..StepParams::default() });
+            let settings = exact_settings(&StepParams { formulation, integrator, ..StepParams::default() });
             let (course, how) = ((scene.run.dt, steps, 1), (&settings, GuessKind::Zero));
             let reference = Reference::of_all_steps(&scene, course, how, |state| state.positions.clone(), &mut go_on)?;
             let Some(reference) = reference else { return Ok(None) };
@@ -91,7 +93,8 @@ impl Problem {
     fn refined(&self, finer: &Scene, go_on: &mut impl FnMut() -> bool) -> Result<Option<Reference>, SimulationError> {
         // Far below what the time steps leave.
         let [relative_tolerance, absolute_tolerance, contact_tolerance] = [1e-8, 1e-8, 1e-4];
-        let step = StepParams { formulation: Formulation::Newton, ..StepParams::default() };
+        let step =
+            StepParams { formulation: Formulation::Newton, integrator: Integrator::Euler, ..StepParams::default() };
         let step = StepParams {
             relative_tolerance,
             motion_tolerance: relative_tolerance,

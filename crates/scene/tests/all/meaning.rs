@@ -13,7 +13,7 @@ fn everything() -> scene::Scene {
 fn names_and_ranges() {
     let scene = everything();
     assert_eq!((scene.name.as_str(), scene.description.as_str()), ("everything", "Every key once."));
-    assert_eq!(scene.run, scene::RunDefaults { dt: 0.02, steps: 10, every: 5 });
+    assert_eq!(scene.run, scene::RunDefaults { dt: 0.02, steps: 10, every: 5, integrator: None });
     let names: Vec<_> = scene.rods.iter().map(|rod| rod.name.as_str()).collect();
     let grown = ["trunk/0", "trunk/1", "trunk/2", "trunk/3", "trunk/4", "trunk/5", "trunk/6"];
     let sapling = ["sapling", "sapling/0", "sapling/1", "sapling/2"];

@@ -7,7 +7,7 @@
 //! with a body: `R I R^T x` is as it was where x is turned along.
 
 use super::asymmetric_jacobian::turn_since;
-use super::multistep::{gyroscopic_back, momentum_back};
+use super::multistep::{followed_back, gyroscopic_back, momentum_back};
 use super::parts::{copy_spatial, pick, pick_spatial, put, select};
 use super::turns::angular_momentum;
 use super::{BodyBar, Component};
@@ -401,16 +401,24 @@ impl<T: Real> Component<T> {
     ) {
         let Some(steps) = &self.multistep else { return };
         let rest = steps.goes_on().select(T::splat(0.5 * self.dt), T::zero());
-        let pulls: Vec<Vec3<T>> = bars.iter().map(|bar| bar.now.linear * rest).collect();
+        let mut pulls: Vec<Vec3<T>> = vec![self.gravity; bars.len()];
+        for load in &self.loads {
+            pulls[load.body] += load.force * steps.inverse_mass(load.body);
+        }
         for (i, bar) in bars.iter_mut().enumerate().filter(|(i, _)| !self.is_still(*i)) {
-            bar.velocity.linear += bar.now.linear;
+            let over = (self.poses[i].x - self.start[i].x) * T::splat(1.0 / self.dt);
+            let gained = over - steps.start_velocity(i);
+            let [of_pull, of_gained] = followed_back(pulls[i], gained, rest, bar.now.linear);
+            bar.velocity.linear += bar.now.linear + of_gained;
+            bar.earlier.linear += of_gained * T::splat(-1.0);
             bar.over += bar.now.angular;
             bar.now = Spatial::zero();
-            each(pulls[i]);
+            pulls[i] = of_pull;
+            each(of_pull);
         }
         for load in self.loads.iter().filter(|load| !self.is_still(load.body)) {
             let lane = load.lane;
-            let (pull, inverse_mass) = (pick(pulls[load.body], lane), self.bodies[load.body].inverse_mass.lane(lane));
+            let (pull, inverse_mass) = (pick(pulls[load.body], lane), steps.inverse_mass(load.body).lane(lane));
             let of_mass = -pull.dot(pick(load.force, lane)) * inverse_mass * inverse_mass;
             of_load(load.index, lane, load.body, pull * inverse_mass, of_mass);
         }

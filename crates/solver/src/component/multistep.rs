@@ -37,6 +37,7 @@ use crate::kernel::math::{Quat, Vec3};
 use crate::snapshot::StateVisitor;
 
 pub(super) use back::{gyroscopic_back, momentum_back};
+pub(super) use step::followed_back;
 
 /// The steps before, of one set of segments a lane.
 #[derive(Clone, Debug)]

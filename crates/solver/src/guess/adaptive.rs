@@ -74,6 +74,10 @@ impl InitialGuess for StepAdaptive {
         true
     }
 
+    fn reads_prediction(&self) -> bool {
+        false
+    }
+
     fn start_step(
         &mut self,
         component: &Component<f64>,

@@ -37,6 +37,11 @@ pub trait InitialGuess: Send + Sync {
         false
     }
 
+    /// Whether starts of whole steps need the system evaluated at the prediction; where they do not, its evaluation is left out.
+    fn reads_prediction(&self) -> bool {
+        true
+    }
+
     /// Proposes dlambda0 for outer iteration `iteration` (from 0) into `dlambda`, one entry a joint, which comes zeroed.
     /// Returns whether it did.
     fn start_solve(&mut self, component: &Component<f64>, iteration: usize, dlambda: &mut [Spatial<f64>]) -> bool {
@@ -50,7 +55,7 @@ pub trait InitialGuess: Send + Sync {
     }
 
     /// Proposes p0 and lambda0 for a whole step, which come as p* and 0. Returns whether it did. The component's poses
-    /// are p*, and its system is evaluated there; its own predicted poses are lent to `poses` meanwhile. What it says of
+    /// are p*, and its system is evaluated there where the guess [reads](Self::reads_prediction) it; its own predicted poses are lent to `poses` meanwhile. What it says of
     /// fixed bodies is not used.
     fn start_step(
         &mut self,

@@ -51,6 +51,10 @@ impl InitialGuess for StepExtrapolation {
         true
     }
 
+    fn reads_prediction(&self) -> bool {
+        false
+    }
+
     fn start_step(
         &mut self,
         component: &Component<f64>,

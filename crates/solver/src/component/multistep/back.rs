@@ -21,6 +21,16 @@ impl<T: Real> Multistep<T> {
         self.ratio / (T::splat(1.0) + self.ratio)
     }
 
+    /// Velocity of a segment at the start of the step under way [m/s].
+    pub(in crate::component) fn start_velocity(&self, body: usize) -> Vec3<T> {
+        self.now[body].linear
+    }
+
+    /// Reciprocal of a segment's mass, without what air adds to it [1/kg].
+    pub(in crate::component) fn inverse_mass(&self, body: usize) -> T {
+        self.bodies[body].inverse_mass
+    }
+
     /// Back over [`Multistep::predicted`] in steps of these lengths, this one and the last: to the state, and to the rates of
     /// damping.
     #[inline(always)]

@@ -140,8 +140,9 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Lets the next step begin with what the velocities over the last one have become at its end by gravity and loads, in the
-    /// lanes where `active` >= 0: something else in it, such as an impact, will not go on.
+    /// Restarts the integrator in the lanes where `active` >= 0: something in the last step, such as an impact, will not go on.
+    /// The next step begins with the velocities over the last one, and with what gravity and loads add up to its end where
+    /// bodies followed them in its first half: see [`followed`].
     pub(crate) fn begin_anew(&mut self, active: T) {
         let half = self.last_dt * T::splat(0.5);
         let Some(steps) = &mut self.multistep else { return };
@@ -154,7 +155,8 @@ impl<T: Real> Component<T> {
         for i in 0..self.segments {
             let constants = &steps.bodies[i];
             let pull = self.gravity * constants.free + self.scratch[i].linear * constants.inverse_mass;
-            let linear = self.velocities[i].linear + pull * rest;
+            let over = self.velocities[i].linear;
+            let linear = over + followed(pull, over - steps.earlier[i].linear, rest);
             steps.now[i] = select(active, Spatial { linear, angular: steps.over[i] }, steps.now[i]);
         }
         steps.goes_on = active.select(T::splat(-SETTLING), steps.goes_on);
@@ -204,6 +206,37 @@ impl<T: Real> Component<T> {
         let further = further(steps.own_moments(body), u, end, [steps.now[body].angular, steps.over[body]]);
         Spatial { linear: steps.now[body].linear, angular: over_step + further }
     }
+}
+
+/// What an acceleration `pull` adds over the `rest` of a step in whose first part, as long, a velocity has `gained` so much: no
+/// more than it had a share in (a slope limiter, minmod: Roe 1986). What rests on a contact or hangs on joints gains nothing.
+#[inline(always)]
+fn followed<T: Real>(pull: Vec3<T>, gained: Vec3<T>, rest: T) -> Vec3<T> {
+    pull * follow_time(pull, gained, rest)[1]
+}
+
+/// For how long a velocity follows an acceleration: the time in which it alone would have gained as much along itself, as it is
+/// and within 0 and `rest`.
+#[inline(always)]
+fn follow_time<T: Real>(pull: Vec3<T>, gained: Vec3<T>, rest: T) -> [T; 2] {
+    let (zero, square) = (T::zero(), pull.norm_squared());
+    let time = (-square).select(zero, gained.dot(pull) / square);
+    [time, -(-time.max(zero)).max(-rest)]
+}
+
+/// Back over [`followed`]: derivatives with respect to the acceleration and to what was gained.
+#[inline(always)]
+pub(in crate::component) fn followed_back<T: Real>(
+    pull: Vec3<T>,
+    gained: Vec3<T>,
+    rest: T,
+    bar: Vec3<T>,
+) -> [Vec3<T>; 2] {
+    let (zero, [time, limited]) = (T::zero(), follow_time(pull, gained, rest));
+    let is_limited = (time * (time - rest)).select(T::splat(1.0), zero);
+    let of_time =
+        (-pull.norm_squared()).select(zero, pull.dot(bar) / pull.norm_squared()) * (T::splat(1.0) - is_limited);
+    [bar * limited + (gained - pull * (time + time)) * of_time, pull * of_time]
 }
 
 /// What the rate at the end of a step, which turned by about `2 u` to `end`, is beyond that over it: with the angular `momenta`

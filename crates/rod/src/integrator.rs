@@ -1,4 +1,4 @@
-//! How a step goes on from the steps before it.
+//! How a motion goes on from step to step: the rules, by name. What they compute is the solver's.
 
 use names::names;
 
@@ -6,11 +6,11 @@ use names::names;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Integrator {
     /// Euler's rule: symplectic for the prediction and implicit for what holds the rods together. Of first order; damps fast
-    /// and slow oscillations alike by the time step.
-    #[default]
+    /// and slow oscillations alike by the time step. The COPINGNet paper's.
     Euler,
-    /// The backward differences of second order, with one step of Euler's rule after a start, an impact or a change from
+    /// The backward differences of second order, with steps of Euler's rule after a start, an impact or a change from
     /// outside: slow oscillations keep their energy, fast ones are damped.
+    #[default]
     Bdf2,
 }
 
