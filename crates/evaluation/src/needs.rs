@@ -115,7 +115,6 @@ fn left_out(model: &Model, formulation: Formulation, choice: &Choice, simulation
         ("damping", !is_damped, "nothing is damped", work.damping_evaluations),
         ("contacts", model.contacts.is_empty(), "nothing can touch", contacts),
         ("branches", !branches(), "no segment has three joints", work.branch_eliminations),
-        ("geometric stiffness", !formulation.geometric(), "not in this formulation", work.geometric_evaluations),
         ("momentum residual", !formulation.momentum(), "not in this formulation", work.momentum_evaluations),
         ("start", choice.guess == GuessKind::Zero, "steps begin at the prediction", starts),
         (

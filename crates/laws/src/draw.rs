@@ -131,8 +131,7 @@ impl Draft {
     fn method(&mut self) -> Method {
         let random = &mut self.random;
         let formulation = match random.whole(0, 6) {
-            0..=3 => Formulation::Newton,
-            4 | 5 => Formulation::XpbdGeometric,
+            0..=4 => Formulation::Newton,
             _ => Formulation::Xpbd,
         };
         let integrator = random.pick(&[Integrator::Euler, Integrator::Euler, Integrator::Bdf2]);

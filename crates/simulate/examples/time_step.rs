@@ -84,7 +84,7 @@ fn main() -> Result<()> {
         title: "What time steps take".to_owned(),
         caption: String::new(),
         charts: Charts::Lines(vec![lost(), fall]),
-        conditions: Conditions::new("rope", format!("released horizontally, formulation xpbd-geometric, dt = {DT} s")),
+        conditions: Conditions::new("rope", format!("released horizontally, dt = {DT} s")),
     };
     std::fs::write(&file, figure.svg()).with_context(|| file.display().to_string())
 }

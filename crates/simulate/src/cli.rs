@@ -74,8 +74,8 @@ pub(crate) struct SceneArgs {
     /// Length of a time step in seconds [default: the scene's]. Shorter steps are more accurate and lose less energy.
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) dt: Option<f64>,
-    /// Which equations a step solves: newton (the integrator's equations in full), xpbd-geometric and xpbd (the COPINGNet paper's), which
-    /// drop the momentum residual: stiff rods pressed on contacts skid, and forces are wrong [default: newton; xpbd with a learned
+    /// Which equations a step solves: newton (the integrator's equations in full) or xpbd (the COPINGNet paper's), which
+    /// drops the momentum residual: stiff rods pressed on contacts skid, and forces are wrong [default: newton; xpbd with a learned
     /// guess of linear solves, which has learned from it].
     #[arg(long)]
     pub(crate) formulation: Option<Formulation>,

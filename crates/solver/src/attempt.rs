@@ -265,7 +265,6 @@ pub(crate) fn evaluate<T: Real>(
 ) -> Residuals<T> {
     component.evaluations += 1;
     let segments = (component.segments() * component.used) as u64;
-    counters.geometric_evaluations += if formulation.geometric() { segments } else { 0 };
     counters.momentum_evaluations += if formulation.momentum() { segments } else { 0 };
     component.evaluate(formulation)
 }

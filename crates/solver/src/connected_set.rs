@@ -7,7 +7,6 @@ use rod::{Body, Pose, State};
 use crate::attempt::{Attempt, Exact, TangentChoice, attempt, attempt_exactly, count_step, finish};
 use crate::component::{Change, Component, Members, Residuals};
 use crate::contact::MotionBounds;
-use crate::contact_world::SubstepController;
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::guess::InitialGuess;
@@ -46,22 +45,12 @@ pub(crate) struct Touch {
     pub(crate) ways: Vec<MotionBounds>,
     /// Energy in its joints at the end of the last step [J]; not a number where it is not known.
     pub(crate) stored: f64,
-    /// In how many parts the next step begins.
-    pub(crate) pace: SubstepController,
 }
 
 impl Touch {
     /// What contacts need of set `number`, before its first step.
     pub(crate) fn new(number: u32, response: Compliance) -> Self {
-        Self {
-            number,
-            response,
-            sides: Vec::new(),
-            corrections: Vec::new(),
-            ways: Vec::new(),
-            stored: f64::NAN,
-            pace: SubstepController::default(),
-        }
+        Self { number, response, sides: Vec::new(), corrections: Vec::new(), ways: Vec::new(), stored: f64::NAN }
     }
 }
 
@@ -163,9 +152,8 @@ impl ConnectedSet {
         self.component.visit_state(visitor);
         if let Some(touch) = &mut self.touch {
             // Tells its snapshots from those without what follows.
-            visitor.size(5);
+            visitor.size(6);
             visitor.number(&mut touch.stored);
-            touch.pace.visit_state(visitor);
         }
         visitor.size(usize::from(self.tangents.is_some()));
         if let Some(tangents) = &mut self.tangents {

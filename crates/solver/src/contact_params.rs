@@ -21,12 +21,10 @@ pub struct ContactParams {
     /// step moves the rods alone, and contacts are looked at from there. Larger: contacts are solved where the bodies are
     /// not going to be. Smaller: an iteration more.
     pub far_correction: f64,
-    /// Outer iterations after which contacts keep their normals and their places on both bodies, so that nearest places which
-    /// jump to and fro come to rest; where all is solved so, nearest places are looked at again. Larger: steps with jumping
-    /// places take longer. Smaller: normals are those of earlier iterations.
-    /// In a formulation with momentum residual normals and places go half-way to the new ones from there on.
+    /// Outer iterations after which normals and places of contacts go half-way to the new ones, so that nearest places which
+    /// jump to and fro come to rest. Larger: steps with jumping places take longer.
     pub settle_after: usize,
-    /// In a formulation with momentum residual, by how much other places on axes that are nearly parallel must be nearer before a contact
+    /// By how much other places on axes that are nearly parallel must be nearer before a contact
     /// moves there, relative to the contact tolerance. Larger: fewer iterations, and gaps that are less by so much. Smaller: places
     /// jump along the axes from iteration to iteration, and the torques of the contact's force with them.
     pub place_hysteresis: f64,
@@ -42,9 +40,6 @@ pub struct ContactParams {
     pub sweep_tolerance: f64,
     /// The same relative to the largest error before the solve, where that is more: the next linearisation leaves as much.
     pub sweep_reduction: f64,
-    /// Takes the place of [`ContactParams::sweep_tolerance`] in a formulation with momentum residual, which sees what the sweeps leave.
-    /// Smaller: more sweeps and fewer outer iterations.
-    pub momentum_sweep_tolerance: f64,
     /// Sweeps between two tries of Newton's method, at first; twice as many after each try that did not help, or half as many, but no
     /// fewer, where sweeps have halved their change since.
     pub sweeps_before_newton: usize,
@@ -86,15 +81,6 @@ pub struct ContactParams {
     /// Error of a step that goes astray \[radii\]: linearised contacts say nothing of bodies that far off. Larger: steps are
     /// halved later. Smaller: also steps that come to their end slowly.
     pub max_error: f64,
-    /// Outer iterations in which a step's least error must fall to [`ContactParams::stall_ratio`] of what it was before them, else it is
-    /// halved. Smaller: sooner, also steps that come to their end slowly.
-    pub stall_window: usize,
-    /// What [`ContactParams::stall_window`] iterations may leave of the least error. Larger: steps are halved later.
-    pub stall_ratio: f64,
-    /// A step after one that was done in parts begins in as many (in the power of two below that), but for half as many where these took
-    /// no more than so many outer iterations on the mean, and no attempt was taken back in the last 1, 2, 4 or 8 steps: more of them where that went on. Larger: whole
-    /// steps are tried sooner, some in vain. Smaller: small parts are kept longer than is needed.
-    pub easy_iterations: usize,
     /// A step that is solved is halved all the same where bodies that contacts press win more energy than contacts' tolerance
     /// explains, by so much of their kinetic energy at its start: no more than gravity and loads do work there. Larger:
     /// energy may rise in impacts. Smaller: more steps are halved.
@@ -125,9 +111,8 @@ impl ContactParams {
         slip_direction_tolerance: 0.02,
         release_speed: 5.0,
         max_sweeps: 100,
-        sweep_tolerance: 0.3,
+        sweep_tolerance: 0.1,
         sweep_reduction: 3e-3,
-        momentum_sweep_tolerance: 0.1,
         sweeps_before_newton: 4,
         unknowns_a_sweep: 8,
         max_newton_unknowns: 200,
@@ -144,9 +129,6 @@ impl ContactParams {
         divergence_ratio: 1e4,
         max_error_after: 4,
         max_error: 0.3,
-        stall_window: 6,
-        stall_ratio: 0.7,
-        easy_iterations: 5,
         max_energy_gain: 0.02,
     };
 
@@ -177,9 +159,7 @@ impl ContactParams {
             ("sweep_tolerance", self.sweep_tolerance),
             ("sweep_reduction", self.sweep_reduction),
             ("place_hysteresis", self.place_hysteresis),
-            ("momentum_sweep_tolerance", self.momentum_sweep_tolerance),
             ("max_energy_gain", self.max_energy_gain),
-            ("stall_ratio", self.stall_ratio),
             ("newton_damping_decrease", self.newton_damping_decrease),
         ];
         for (name, value) in shares {
@@ -194,7 +174,6 @@ impl ContactParams {
             ("max_sweeps", self.max_sweeps),
             ("sweeps_before_newton", self.sweeps_before_newton),
             ("unknowns_a_sweep", self.unknowns_a_sweep),
-            ("stall_window", self.stall_window),
             ("max_error_after", self.max_error_after),
         ];
         for (name, count) in counts {

@@ -5,7 +5,6 @@
 //! start of a step, but sets leave the rooms of that search, it is made sure at the end that none of them could have met.
 
 mod island;
-mod substeps;
 
 use nalgebra::Vector3;
 use rod::{Body, Carried, Model};
@@ -22,8 +21,6 @@ use crate::linear::solvers::{SolverError, SolverKind};
 use crate::snapshot::StateVisitor;
 use crate::step::{Interval, Status, StepParams};
 use island::{Island, IslandWorkspace, begin_set, each};
-
-pub(crate) use substeps::SubstepController;
 
 /// All connected sets of a model with contacts.
 pub(crate) struct ContactWorld {

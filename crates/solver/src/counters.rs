@@ -78,8 +78,6 @@ pub struct Counters {
     pub drag_evaluations: u64,
     /// Eliminations of a segment with three or more joints.
     pub branch_eliminations: u64,
-    /// Geometric stiffnesses of a segment.
-    pub geometric_evaluations: u64,
     /// Momentum residuals of a segment.
     pub momentum_evaluations: u64,
     /// Searches for possible contacts.
@@ -130,7 +128,6 @@ impl AddAssign for Counters {
         self.damping_evaluations += o.damping_evaluations;
         self.drag_evaluations += o.drag_evaluations;
         self.branch_eliminations += o.branch_eliminations;
-        self.geometric_evaluations += o.geometric_evaluations;
         self.momentum_evaluations += o.momentum_evaluations;
         self.contact_searches += o.contact_searches;
         self.contact_candidates += o.contact_candidates;

@@ -7,23 +7,15 @@ use names::names;
 pub enum Formulation {
     /// The paper's extended position-based dynamics: `dp = M^-1 J^T dlambda`, the momentum residual is dropped.
     Xpbd,
-    /// `Xpbd` with geometric stiffness in the rotational mass: stable for slack rods under tension.
-    XpbdGeometric,
-    /// Momentum residual and geometric stiffness: implicit Euler, solved to the end.
+    /// The integrator's equations in full, with momentum residual and geometric stiffness.
     #[default]
     Newton,
 }
 
-names!(Formulation { Xpbd = "xpbd", XpbdGeometric = "xpbd-geometric", Newton = "newton" });
+names!(Formulation { Xpbd = "xpbd", Newton = "newton" });
 
 impl Formulation {
-    /// Whether the mass matrix holds the geometric stiffness.
-    #[inline(always)]
-    pub fn geometric(self) -> bool {
-        self != Formulation::Xpbd
-    }
-
-    /// Whether the momentum residual is part of the equations, so that any start of a step is corrected.
+    /// Whether the momentum residual is part of the equations, and the geometric stiffness of the matrix, so that any start of a step is corrected.
     #[inline(always)]
     pub fn momentum(self) -> bool {
         self == Formulation::Newton

@@ -108,7 +108,7 @@ impl LaneBatch {
             let mut set = single(component, members.clone(), lane);
             take_tangent(&mut set, exact.is_some(), tangents.get(lane));
             set.substeps = (!substeps.is_empty()).then(Vec::new);
-            statuses[lane] = step_control::advance_parts(&mut set, interval, 0, 1, params);
+            statuses[lane] = step_control::advance_parts(&mut set, interval, 0, params);
             alone.push((lane, set));
         }
         let gapes = Lanes::<GROUP>::dispatch(

@@ -36,7 +36,7 @@ pub(crate) trait Steps {
 pub(crate) fn advance(sets: &mut impl Steps, interval: Interval, halvings: u32, params: &StepParams) -> Status {
     match advance_whole(sets, interval, halvings, params) {
         Some(status) => sets.accept(status, params),
-        None => advance_parts(sets, interval, halvings, 1, params),
+        None => advance_parts(sets, interval, halvings, params),
     }
 }
 
@@ -63,20 +63,11 @@ pub(crate) fn advance_whole(
     Some(status)
 }
 
-/// [`advance`] over one half of `interval` after the other, each in two halves itself where `depth` is above 1, and so on.
-pub(crate) fn advance_parts(
-    sets: &mut impl Steps,
-    interval: Interval,
-    halvings: u32,
-    depth: u32,
-    params: &StepParams,
-) -> Status {
+/// [`advance`] over one half of `interval` after the other.
+pub(crate) fn advance_parts(sets: &mut impl Steps, interval: Interval, halvings: u32, params: &StepParams) -> Status {
     let mut worst = Status::ConvergedInSubsteps;
     for half in interval.halves() {
-        worst = worst.max(match depth {
-            0 | 1 => advance(sets, half, halvings + 1, params),
-            _ => advance_parts(sets, half, halvings + 1, depth - 1, params),
-        });
+        worst = worst.max(advance(sets, half, halvings + 1, params));
         if worst.is_stuck() {
             break;
         }
@@ -158,16 +149,6 @@ mod tests {
         let quarters = [1.0, 1.25, 1.5, 1.75].map(|time| (time, 0.25, Status::Converged));
         assert_eq!(fake.accepted, quarters);
         assert_eq!((fake.counters.retries, fake.rolled_back), (3, 3));
-    }
-
-    #[test]
-    fn parts_begin_as_deep_as_asked() {
-        let mut fake = Fake::new(0.25, Status::OutOfIterations, false);
-        let params = StepParams { max_halvings: 6, ..StepParams::DEFAULT };
-        let whole = Interval { time: 1.0, dt: 1.0 };
-        assert_eq!(advance_parts(&mut fake, whole, 0, 2, &params), Status::ConvergedInSubsteps);
-        let quarters = [1.0, 1.25, 1.5, 1.75].map(|time| (time, 0.25, Status::Converged));
-        assert_eq!((&fake.accepted[..], fake.counters.retries), (&quarters[..], 0));
     }
 
     #[test]

@@ -89,8 +89,6 @@ fn holds_up_to(limit: f64, angle: f64, radius: f64) {
     assert!(half > 0.03 && above > 1.8 * half, "{half} {above}");
 }
 
-/// With the default `xpbd-geometric` the law does not hold: it drops the residual of momentum, so that a taut rope creeps
-/// on below the limit, unsteadily at up to 0.05 m/s, and above it may be held. Balances of forces need `newton`.
 #[test]
 fn a_thin_rope_holds_up_to_the_exponential_of_the_angle() {
     for degrees in [90.0_f64, 180.0, 360.0] {

@@ -5,16 +5,16 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Vector3;
 use rod::{Body, Damping, Load, State, measure};
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation};
 use solver::step::{Status, StepParams};
 
 #[test]
 fn the_pendulum_swings_as_theory_says() {
     let scene = scene::builtin("pendulum").unwrap();
-    let step = StepParams { formulation: Formulation::Newton, ..StepParams::DEFAULT };
-    for (formulation, settings) in
-        [("xpbd-geometric", Settings::default()), ("newton", Settings { step, ..Settings::default() })]
-    {
+    for formulation in Formulation::ALL {
+        let step = StepParams { formulation, integrator: Integrator::Euler, ..StepParams::DEFAULT };
+        let settings = Settings { step, ..Settings::default() };
         let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
         let mut state = scene.state.clone();
         let last = scene.rods[0].segments.end - 1;
@@ -162,7 +162,7 @@ fn to_the_last_digits(formulation: Formulation) -> Settings {
 #[test]
 fn a_bar_on_three_springs_yields_along_each_by_force_over_stiffness() {
     let (force, stiffness) = (Vector3::new(3.0, -2.0, 1.0), Vector3::new(300.0, 200.0, 100.0));
-    let formulations = [Formulation::XpbdGeometric, Formulation::Newton];
+    let formulations = [Formulation::Newton];
     for (face, formulation) in ["start-face", "end-face"].into_iter().flat_map(|face| formulations.map(|f| (face, f))) {
         let (mut scene, axes, Load { segment, offset, .. }) = on_springs(face, "", force);
         // The weakest swings at 40 rad/s: about critical.

@@ -25,7 +25,7 @@ struct Scene {
 fn scene() -> impl Strategy<Value = Scene> {
     let turn = [-0.4..0.4, -0.4..0.4];
     let three = || [-5.0..5.0, -5.0..5.0, -5.0..5.0];
-    let formulation = prop_oneof![Just(Formulation::Xpbd), Just(Formulation::XpbdGeometric), Just(Formulation::Newton)];
+    let formulation = prop_oneof![Just(Formulation::Xpbd), Just(Formulation::Newton)];
     (prop::collection::vec(turn, 4..16), three(), three(), three(), any::<bool>(), formulation).prop_map(
         |(turns, gravity, spin, force, straight, formulation)| Scene {
             turns,

@@ -19,7 +19,7 @@ fn colliding_rods_gain_no_energy() {
     }
     for (restitution, dt) in [(0.0, 0.01), (0.5, 0.002), (0.5, 0.005), (0.5, 0.01)] {
         model.contacts.between_segments = Some(Surface { friction: Friction::new(0.4), restitution });
-        for formulation in [Formulation::Xpbd, Formulation::XpbdGeometric, Formulation::Newton] {
+        for formulation in Formulation::ALL {
             let mut settings = Settings::default();
             settings.step.formulation = formulation;
             let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();

@@ -17,7 +17,7 @@ use crate::show::number;
 
 #[derive(Args, Debug)]
 pub(crate) struct BenchmarkArgs {
-    /// Equations of all runs: xpbd, xpbd-geometric, newton.
+    /// Equations of all runs: xpbd, newton.
     #[arg(long, default_value_t = Formulation::Newton)]
     formulation: Formulation,
     /// Integrator of all runs: euler or bdf2.

@@ -38,7 +38,7 @@ pub(crate) struct CompareArgs {
     /// Time step [s] [default: the scene's].
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     dt: Option<f64>,
-    /// Equations of conjugate gradients and of the reference: xpbd, xpbd-geometric, newton.
+    /// Equations of conjugate gradients and of the reference: xpbd, newton.
     #[arg(long, default_value_t = Formulation::Xpbd)]
     formulation: Formulation,
     /// Residual at which a step is done, relative to that of its prediction.

@@ -78,5 +78,5 @@ pub(super) fn pile() -> Case {
     let far = COLUMNS as f64 * spacing;
     let walls = [Vector3::x(), Vector3::y()].map(|axis| [(Vector3::zeros(), axis), (axis * far, -axis)]);
     let pile = touching(format!("{PILE_RODS} rods in a pile"), assembly, 0.01, 0.4, walls.as_flattened());
-    Case { formulations: &[Formulation::XpbdGeometric], ..pile }
+    Case { formulations: &[Formulation::Newton], ..pile }
 }

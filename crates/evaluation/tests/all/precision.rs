@@ -70,10 +70,10 @@ fn tighter_tolerances_do_not_err_more() {
 
 #[test]
 fn more_iterations_do_not_err_more() {
-    let problem = rod(&[Formulation::XpbdGeometric], &[]);
+    let problem = rod(&[Formulation::Newton], &[]);
     let levels: Vec<Level> =
         [1, 2, 3, 5, 8].map(|count| Level { outer: Outer::Iterations(count), linear: None, substeps: 1 }).to_vec();
-    let curve = curve(&problem, &way("direct", Formulation::XpbdGeometric, SolverKind::Direct), &levels);
+    let curve = curve(&problem, &way("direct", Formulation::Newton, SolverKind::Direct), &levels);
     let errors = errors(&curve);
     for (pair, level) in errors.windows(2).zip(&levels) {
         assert!(pair[1] <= pair[0] + ROUNDING, "after {level:?}: {errors:?}");
@@ -117,9 +117,9 @@ fn cells_repeat_bit_by_bit_but_for_their_times() {
 
 #[test]
 fn ways_that_run_out_are_given_up() {
-    let problem = rod(&[Formulation::XpbdGeometric], &[]);
+    let problem = rod(&[Formulation::Newton], &[]);
     let params = CgParams { preconditioner: PreconditionerKind::Raw, max_iterations: Some(3), ..CgParams::default() };
-    let base = way("raw", Formulation::XpbdGeometric, SolverKind::Cg(params));
+    let base = way("raw", Formulation::Newton, SolverKind::Cg(params));
     let settings =
         Settings { step: StepParams { max_iterations: 2, max_halvings: 0, ..base.settings.step }, ..base.settings };
     let way = Way { settings, ..base };
@@ -135,7 +135,7 @@ fn ways_that_run_out_are_given_up() {
     assert_eq!(curve.line(Against::Exact, usize::MAX).places.len(), 1);
 
     let no_time = Budget { seconds: 0.0, repetitions: 3 };
-    let direct = self::way("direct", Formulation::XpbdGeometric, SolverKind::Direct);
+    let direct = self::way("direct", Formulation::Newton, SolverKind::Direct);
     let mut levels = Level::of_tolerances(SolverKind::Direct, &[1e-4, 1e-6]);
     levels.push(Level { substeps: 2, ..levels[0] });
     let curve = run_way(&problem, &direct, &levels, &no_time, || true).unwrap().unwrap();

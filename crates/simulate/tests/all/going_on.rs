@@ -30,7 +30,7 @@ fn a_run_goes_on_from_its_snapshot_as_if_it_had_not_ended() {
     for scene in [
         &["tree-20"][..],
         &["strip"],
-        &["strip", "--formulation", "xpbd-geometric"],
+        &["strip", "--formulation", "xpbd"],
         &["helix-on-plane"],
         &["helix", "--guess", "quadratic"],
     ] {

@@ -42,7 +42,7 @@ fn flags() {
         ("--threads 60000", "invalid value '60000' for '--threads <THREADS>': it must be a whole number from 1 to 1024".to_owned()),
         (
             "--formulation pbd",
-            "invalid value 'pbd' for '--formulation <FORMULATION>': expected one of xpbd, xpbd-geometric, newton".to_owned(),
+            "invalid value 'pbd' for '--formulation <FORMULATION>': expected one of xpbd, newton".to_owned(),
         ),
         (
             "--integrator rk4",

@@ -44,7 +44,7 @@ impl<T: Real> Component<T> {
 
     #[inline(always)]
     fn evaluate_bodies(&mut self, formulation: Formulation) {
-        let geometric = formulation.geometric();
+        let geometric = formulation.momentum();
         if geometric && !self.pulls_hold {
             self.gather_pulls();
         }

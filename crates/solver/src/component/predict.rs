@@ -33,7 +33,7 @@ impl<T: Real> Component<T> {
     fn predict_kernel(&mut self, time: f64, dt: f64, formulation: Formulation) {
         self.begin_step(time, dt);
         self.take_given_momenta();
-        if formulation.geometric() {
+        if formulation.momentum() {
             self.expect_pulls();
         } else {
             self.pulls_hold = false;

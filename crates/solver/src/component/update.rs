@@ -20,7 +20,7 @@ impl<T: Real> Component<T> {
 
     #[inline(always)]
     fn update_kernel(&mut self, formulation: Formulation, active: T) {
-        let geometric = formulation.geometric();
+        let geometric = formulation.momentum();
         let with_momentum = formulation.momentum() || std::mem::take(&mut self.torques_wait);
         let Self { system, scratch, dlambda, lambda, pulls, pushes, .. } = self;
         if pushes.is_empty() {
@@ -98,7 +98,7 @@ impl<T: Real> Component<T> {
         self.last_dt = active.select(T::splat(self.dt), self.last_dt);
         self.last_effective = active.select(self.effective, self.last_effective);
         self.take_in(active);
-        if formulation.geometric() {
+        if formulation.momentum() {
             let rate = T::splat(1.0) / self.effective;
             let per_dt2 = rate * rate;
             for (held, pull) in self.held.iter_mut().zip(&self.pulls) {

@@ -156,9 +156,6 @@ pub(crate) enum Poses {
     /// The current ones, with normals between those of the evaluation before and the new ones: nearest places that jump to
     /// and fro as the bodies move settle so. It errs to the safe side, for along any other normal two bodies are nearer.
     Settling,
-    /// The current ones, with the normals and the places on both axes of the evaluation before: nearest places that jump to and
-    /// fro as the bodies move do not.
-    Held,
 }
 
 /// A body as a contact sees it, at its start and now.
@@ -314,11 +311,6 @@ impl Contact {
     /// have passed through each other.
     pub(super) fn between(&mut self, own: &Side, other: &Side, feature: Feature, poses: Poses) -> Option<Vec3<f64>> {
         let reach = own.radius + other.radius;
-        if poses == Poses::Held && self.normal != Vec3::zero() {
-            let (a, b) = (own.at(self.places[0]), other.at(self.places[1]));
-            self.meet(own, other, [a, b], self.normal);
-            return None;
-        }
         let [s, t] = match feature {
             Feature::Nearest | Feature::Corner(_) | Feature::Face(_) | Feature::Edge(_) => {
                 nearest(own.ends, other.ends)

@@ -293,7 +293,6 @@ impl IslandContacts {
         &mut self,
         shared: &Shared,
         components: &mut Sets<'_>,
-        formulation: Formulation,
         (worst, tolerance): (f64, f64),
         counters: &mut Counters,
     ) -> Result<u64, TooManyContacts> {
@@ -313,8 +312,7 @@ impl IslandContacts {
         let problem = &mut self.problem;
         self.coupling.assemble(contacts, shapes, components, problem, shared.params.max_blocks)?;
         let params = &shared.params;
-        let share = if formulation.momentum() { params.momentum_sweep_tolerance } else { params.sweep_tolerance };
-        let tolerance = (tolerance * share).max(worst * params.sweep_reduction);
+        let tolerance = (tolerance * params.sweep_tolerance).max(worst * params.sweep_reduction);
         let sweeps = self.impulses.solve(problem, tolerance, params) as u64;
         let contacts = self.active.len() as u64;
         counters.contact_sweeps += sweeps;

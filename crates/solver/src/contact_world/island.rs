@@ -8,7 +8,6 @@ use crate::attempt::{
 use crate::component::Members;
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::contact::{IslandContacts, Sets, Shared, TooManyContacts};
-use crate::contact_world::SubstepController;
 use crate::counters::{Counters, Stopwatch};
 use crate::derivative::Substep;
 use crate::formulation::{ContactProjection, Formulation};
@@ -37,9 +36,6 @@ pub(super) struct IslandWorkspace {
     /// The steps that were accepted, where derivatives ask for them.
     pub(super) substeps: Vec<Substep>,
     pub(super) segments: usize,
-    /// Outer iterations of a step that is done in parts, and the parts that were accepted.
-    iterations: usize,
-    parts: usize,
     /// The step that is done in parts, if it is, and the end of the last one tried [s].
     whole: Option<Interval>,
     end: f64,
@@ -56,48 +52,17 @@ pub(super) struct Island<'a> {
 }
 
 impl Island<'_> {
-    /// Steps over `interval`, in parts at once where the last step needed them. A step that is done as a whole is still to be
-    /// accepted.
+    /// Steps over `interval`. A step that is done as a whole is still to be accepted.
     pub(super) fn advance(&mut self, interval: Interval, params: &StepParams) {
-        let (pace, retries) = (self.pace(), self.room.counters.retries);
-        let depth = pace.halvings.min(params.max_halvings);
-        let whole = if depth == 0 {
-            step_control::advance_whole(self, interval, 0, params)
-        } else {
-            self.roll_back();
-            self.room.is_begun = false;
-            None
-        };
+        let whole = step_control::advance_whole(self, interval, 0, params);
         self.room.is_open = whole.is_some();
         self.room.whole = if self.room.is_open { None } else { Some(interval) };
         let status = whole.unwrap_or_else(|| {
             let Self { sets, room, .. } = &mut *self;
             room.start.write(|visitor| sets.iter_mut().for_each(|set| set.visit_state(visitor)));
-            (room.iterations, room.parts) = (0, 0);
-            step_control::advance_parts(self, interval, 0, depth.max(1), params)
-        });
-        // What does not converge is tried from the whole step on again, and so is each step with a momentum residual.
-        let is_solved = status <= Status::ConvergedInSubsteps && !params.formulation.momentum();
-        let IslandWorkspace { is_open, iterations, parts, ref counters, .. } = *self.room;
-        let is_easy = iterations <= params.contact.easy_iterations * parts;
-        self.set_pace(match (is_solved, is_open) {
-            (false, _) => SubstepController::default(),
-            (true, true) => pace.after_whole(),
-            (true, false) => pace.after_parts(parts, counters.retries > retries, is_easy),
+            step_control::advance_parts(self, interval, 0, params)
         });
         self.room.status = Some(status);
-    }
-
-    /// In how many parts the next step begins.
-    fn pace(&self) -> SubstepController {
-        let touches = self.sets.iter().filter_map(|set| set.touch.as_ref());
-        touches.map(|touch| touch.pace).fold(SubstepController::default(), SubstepController::and)
-    }
-
-    fn set_pace(&mut self, pace: SubstepController) {
-        for touch in self.sets.iter_mut().filter_map(|set| set.touch.as_mut()) {
-            touch.pace = pace;
-        }
     }
 
     /// Accepts a step that was done as a whole.
@@ -120,11 +85,8 @@ impl Island<'_> {
         if std::mem::take(&mut self.room.is_open) {
             self.roll_back();
         } else {
-            let pace = self.pace();
             let Self { sets, room, .. } = &mut *self;
             room.start.read(|visitor| sets.iter_mut().for_each(|set| set.visit_state(visitor)));
-            // It will not be tried as a whole in vain again.
-            self.set_pace(pace);
         }
         self.room.substeps.clear();
     }
@@ -156,7 +118,7 @@ impl Island<'_> {
                 stage.press_as_before(shared, sets);
                 return Ok(0);
             }
-            stage.solve(shared, sets, formulation, (contact, params.contact_tolerance), counters)
+            stage.solve(shared, sets, (contact, params.contact_tolerance), counters)
         });
         self.mark_pushed();
         let (swept, segments) = (solved.unwrap_or(0), self.room.segments);
@@ -199,7 +161,7 @@ impl Island<'_> {
         self.observe(params, iteration);
         let solved = self.with_stage(|stage, shared, sets, counters| {
             stage.keep_corrections(shared, sets, Formulation::Xpbd);
-            stage.solve(shared, sets, Formulation::Xpbd, (contact, params.contact_tolerance), counters)
+            stage.solve(shared, sets, (contact, params.contact_tolerance), counters)
         });
         self.mark_pushed();
         self.each(|set| {
@@ -246,7 +208,7 @@ impl Island<'_> {
     /// Evaluates the contacts; returns their largest error.
     fn observe(&mut self, params: &StepParams, iteration: usize) -> f64 {
         self.with_stage(|stage, shared, sets, counters| {
-            stage.observe(shared, sets, params.formulation, params.contact_tolerance, iteration, counters)
+            stage.observe(shared, sets, params.contact_tolerance, iteration, counters)
         })
     }
 
@@ -381,7 +343,7 @@ impl Steps for Island<'_> {
             }
         });
         let mut correction = f64::INFINITY;
-        let (mut before, mut best, mut earlier) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+        let (mut before, mut best) = (f64::INFINITY, f64::INFINITY);
         for iteration in 0.. {
             let now = max_or_nan(self.error(), contact / params.contact_tolerance);
             if now.is_nan() {
@@ -395,10 +357,6 @@ impl Steps for Island<'_> {
             is_lost |= !is_last
                 && iteration >= params.contact.max_error_after
                 && best * params.contact_tolerance > params.contact.max_error;
-            if iteration % params.contact.stall_window == 0 {
-                is_lost |= !(is_last || params.formulation.momentum()) && best > params.contact.stall_ratio * earlier;
-                earlier = best;
-            }
             if is_lost || !may_go_on(iteration, now, before, params) {
                 return Status::OutOfIterations;
             }
@@ -406,7 +364,6 @@ impl Steps for Island<'_> {
                 self.sets.iter_mut().filter_map(|set| set.exact.as_mut()).for_each(|exact| exact.give_up());
             }
             before = now;
-            self.room.iterations += 1;
             let solved = match params.contact_projection {
                 ContactProjection::Coupled => self.couple(iteration, contact, guessed, params),
                 ContactProjection::Alternating => self.alternate(iteration, contact, params),
@@ -445,7 +402,6 @@ impl Steps for Island<'_> {
     }
 
     fn accept(&mut self, status: Status, params: &StepParams) -> Status {
-        self.room.parts += 1;
         let is_off = self.stage.worst() > params.contact.max_error;
         for set in self.sets.iter_mut() {
             let is_kept = !(status.is_stuck() || stays(set, is_off, status, params));

@@ -126,7 +126,7 @@ fn friction_holds_on_a_slope_and_slides_within_its_cone() {
 #[test]
 fn a_rod_bears_the_one_that_lies_on_it() {
     let (model, state) = lying(2, 0.0, 0.5);
-    let (forces, _) = forces((&model, &state), Formulation::XpbdGeometric, 300, 1e-3);
+    let (forces, _) = forces((&model, &state), Formulation::Newton, 300, 1e-3);
     let between: Vec<_> = forces.iter().filter(|contact| matches!(contact.other, Touched::Segment(_))).collect();
     assert!(!between.is_empty());
     for contact in between {
@@ -189,7 +189,7 @@ fn friction_takes_energy_where_contacts_are_found_anew_within_a_step() {
         (state.velocities[0], state.angular_velocities[0]) =
             (Vector3::new(0.5, 1.0, -fall), Vector3::new(-3.0, spin, -1.0));
         let (model, state) = assembly.finish();
-        let settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
+        let settings = settings(Formulation::Newton, SolverKind::Direct);
         let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
         let (mut forces, mut slid) = (Vec::new(), 0);
         for step in 1..=20 {

@@ -377,7 +377,7 @@ fn refused(model: &Model, state: &State, settings: &Settings) -> String {
 fn what_has_no_derivative_is_refused() {
     let exact = settings_of(Integrator::Euler);
     let (model, state) = helix(8);
-    let step = StepParams { formulation: Formulation::XpbdGeometric, ..exact.step };
+    let step = StepParams { formulation: Formulation::Xpbd, ..exact.step };
     assert!(refused(&model, &state, &Settings { step, ..exact }).contains("formulation newton"));
     let mut touching = model.clone();
     touching.contacts.between_segments = Some(rod::Surface::default());

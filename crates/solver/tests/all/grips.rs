@@ -201,7 +201,7 @@ fn other_rods_keep_their_bits() {
             let obstacles = vec![Obstacle::new(shape, Surface::default())];
             model.contacts = Contacts { obstacles, ..Contacts::default() };
         }
-        let settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
+        let settings = settings(Formulation::Newton, SolverKind::Direct);
         let (mut changed, mut unchanged) = (state.clone(), state.clone());
         let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
         let mut other = Simulation::new(&model, &state, &settings, None).unwrap();
@@ -313,7 +313,7 @@ fn the_same_bits_on_any_number_of_threads() {
                 model.motions.push(Driven::new(body, motion).between(0.0, 0.05));
             }
             let mut now = state.clone();
-            let settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
+            let settings = settings(Formulation::Newton, SolverKind::Direct);
             let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
             steps(&mut simulation, &mut now, 12);
             simulation.attach(Body::Anchor(7), None).unwrap();
@@ -373,7 +373,7 @@ fn a_released_rod_lands_on_the_ground() {
     let shape = ObstacleShape::HalfSpace { point: Vector3::z() * -0.5, normal: Vector3::z_axis() };
     model.contacts = Contacts { obstacles: vec![Obstacle::new(shape, Surface::default())], ..Contacts::default() };
     model.damping = rod::Damping { linear: 1.0, angular: 1.0 };
-    let settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
+    let settings = settings(Formulation::Newton, SolverKind::Direct);
     let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
     let mut now = state.clone();
     steps(&mut simulation, &mut now, 50);

@@ -37,7 +37,7 @@ fn heap(count: usize) -> Vec<([f64; 3], [f64; 3], [f64; 3])> {
 
 /// A simulation on rods that fall, with halvings where they are needed.
 fn simulation((model, state): &(Model, State), integrator: Integrator) -> Simulation {
-    let mut settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
+    let mut settings = settings(Formulation::Newton, SolverKind::Direct);
     settings.step.integrator = integrator;
     Simulation::new(model, state, &settings, None).unwrap()
 }

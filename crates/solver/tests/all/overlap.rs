@@ -175,11 +175,7 @@ fn run((model, state): &(Model, State), settings: &Settings, steps: usize, mut l
 
 #[test]
 fn crossing_rods_part_gently_where_that_is_allowed() {
-    let all = [
-        (Formulation::XpbdGeometric, ContactProjection::Coupled),
-        (Formulation::Newton, ContactProjection::Coupled),
-        (Formulation::Xpbd, ContactProjection::Alternating),
-    ];
+    let all = [(Formulation::Newton, ContactProjection::Coupled), (Formulation::Xpbd, ContactProjection::Alternating)];
     for (formulation, contact_projection) in all {
         for height in [0.03, 0.001, 0.0] {
             let mut scene = crossing(height);
@@ -208,7 +204,7 @@ fn crossing_rods_part_gently_where_that_is_allowed() {
 
 #[test]
 fn a_rod_comes_out_of_the_ground_gently() {
-    for formulation in [Formulation::XpbdGeometric, Formulation::Newton] {
+    for formulation in [Formulation::Newton] {
         for restitution in [0.0, 1.0] {
             let mut scene = beside(ground(0.05));
             scene.0.gravity = Vector3::z() * -9.81;

@@ -102,9 +102,7 @@ fn among_contacts() {
     let surface = Surface { friction: rod::Friction::new(0.3), ..Surface::default() };
     let plane = ObstacleShape::HalfSpace { point: Vector3::z() * -0.5, normal: Unit::new_normalize(Vector3::z()) };
     model.contacts.obstacles.push(Obstacle::new(plane, surface));
-    for (formulation, kind) in
-        [(Formulation::XpbdGeometric, GuessKind::Zero), (Formulation::Newton, GuessKind::StepQuadratic)]
-    {
+    for (formulation, kind) in [(Formulation::Xpbd, GuessKind::Zero), (Formulation::Newton, GuessKind::StepQuadratic)] {
         for contact_projection in ContactProjection::ALL {
             let mut settings = settings(formulation, SolverKind::Direct);
             settings.step.contact_projection = contact_projection;

@@ -197,11 +197,8 @@ fn with_contacts_that_press_and_rub() {
 }
 
 fn with_contacts(what: &str, model: &Model, state: &State) {
-    for (formulation, kind) in [
-        (Formulation::XpbdGeometric, GuessKind::Zero),
-        (Formulation::Newton, GuessKind::Zero),
-        (Formulation::Newton, GuessKind::StepAdaptive),
-    ] {
+    for (formulation, kind) in [(Formulation::Newton, GuessKind::Zero), (Formulation::Newton, GuessKind::StepAdaptive)]
+    {
         let mut settings = settings(formulation, SolverKind::Direct);
         settings.step.max_halvings = 1;
         let mut first = simulation(model, state, &settings, kind);
@@ -291,7 +288,7 @@ fn after_pins_and_hinges_have_let_go() {
         }
         let resting = Arc::new(Motion::resting(&model.anchors[0]));
         model.motions.push(Driven::new(Body::Anchor(0), resting).between(0.0, 10.0 * DT));
-        let settings = settings(Formulation::XpbdGeometric, SolverKind::Direct);
+        let settings = settings(Formulation::Newton, SolverKind::Direct);
         goes_on((&model, &state), &settings, GuessKind::Zero, 40, if pin { "a pin" } else { "a hinge" });
     }
 }

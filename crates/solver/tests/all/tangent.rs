@@ -162,7 +162,7 @@ fn the_exact_tangent_is_refused_where_there_is_none() {
         assert!(matches!(error, Some(SimulationError::Tangent(_))), "{error:?}");
     };
     let exact = settings_of(Tangent::Exact, Integrator::Euler);
-    let step = StepParams { formulation: Formulation::XpbdGeometric, ..exact.step };
+    let step = StepParams { formulation: Formulation::Xpbd, ..exact.step };
     refused(helix(8), Settings { step, ..exact });
     let mut rings = Assembly::new(GRAVITY);
     let [one, other] = [0.0, 1.0].map(|x| {

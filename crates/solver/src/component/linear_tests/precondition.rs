@@ -25,8 +25,8 @@ fn branched() -> (Component<f64>, Frozen) {
     let (members, topology) = split(&model).swap_remove(0);
     let frozen = Frozen::new(&model, &members, &topology).unwrap();
     let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
-    component.predict(0.0, 0.02, Formulation::XpbdGeometric);
-    component.evaluate(Formulation::XpbdGeometric);
+    component.predict(0.0, 0.02, Formulation::Newton);
+    component.evaluate(Formulation::Newton);
     (component, frozen)
 }
 

@@ -30,8 +30,8 @@ fn component(mut assembly: Assembly, change: impl FnOnce(&mut rod::Model)) -> Co
     change(&mut model);
     let (members, topology) = split(&model).swap_remove(0);
     let mut component = Component::new(&model, &state, Arc::new(topology), &[&members]);
-    component.predict(0.0, 0.02, Formulation::XpbdGeometric);
-    component.evaluate(Formulation::XpbdGeometric);
+    component.predict(0.0, 0.02, Formulation::Newton);
+    component.evaluate(Formulation::Newton);
     component
 }
 

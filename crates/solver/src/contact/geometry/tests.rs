@@ -171,19 +171,6 @@ fn settling_normals_lie_between_the_last_and_the_new() {
     assert!((found.gap - (half - 0.2)).abs() < 1e-12, "{}", found.gap);
 }
 
-#[test]
-fn what_is_held_keeps_its_normal_and_its_places() {
-    let other = still(Vector3::zeros(), Vector3::y(), 1.0, 0.1);
-    let mut found = nearest_contact(&still(Vector3::new(0.0, 0.0, 0.5), Vector3::x(), 1.0, 0.1), &other);
-    // It has moved along the other one, and turned, so that other places are the nearest.
-    let now = still(Vector3::new(0.2, 0.3, 0.4), Vector3::new(1.0, 0.0, 0.2), 1.0, 0.1);
-    found.between(&now, &other, Feature::Nearest, Poses::Held);
-    assert_near(found.normal, [0.0, 0.0, 1.0]);
-    // What was half-way on both axes is so still.
-    assert!((found.gap - 0.2).abs() < 1e-12, "{}", found.gap);
-    assert!(nearest_contact(&now, &other).gap > 0.15 && nearest_contact(&now, &other).normal.0[1].abs() < 1e-9);
-}
-
 /// Least distance of two axes on a grid of places, and how far that may be above the least of all.
 fn sampled(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2]) -> (f64, f64) {
     const PLACES: usize = 200;

@@ -7,7 +7,6 @@ use super::super::sets::Sets;
 use super::super::shared::Shared;
 use super::{IslandContacts, push};
 use crate::counters::Counters;
-use crate::formulation::Formulation;
 use crate::kernel::Spatial;
 use crate::kernel::math::{Sym3, Vec3};
 
@@ -18,7 +17,6 @@ impl IslandContacts {
         &mut self,
         shared: &Shared,
         components: &mut Sets<'_>,
-        formulation: Formulation,
         tolerance: f64,
         iteration: usize,
         counters: &mut Counters,
@@ -32,7 +30,7 @@ impl IslandContacts {
         }
         let fall = 0.5 * shared.slow * self.dt.powi(2);
         self.unit = if fall > 0.0 { fall / tolerance } else { f64::INFINITY };
-        self.hysteresis = if formulation.momentum() { shared.params.place_hysteresis * tolerance } else { 0.0 };
+        self.hysteresis = shared.params.place_hysteresis * tolerance;
         if !self.contacts.is_empty() {
             culling::note_moves(&self.search.segments, shared.detector.shapes(), components);
         }
@@ -40,7 +38,7 @@ impl IslandContacts {
         let turns = iteration > 0;
         let error = |stage: &mut Self, components: &mut Sets<'_>, poses: Poses, counters: &mut Counters| {
             stage.evaluate(shared, components, (poses, turns), counters);
-            stage.error(shared, components, formulation, tolerance)
+            stage.error(shared, components, tolerance)
         };
         if iteration < shared.params.settle_after {
             self.normals.clear();
@@ -51,24 +49,15 @@ impl IslandContacts {
             // What ends with the first iteration ends with forces along its normals.
             if worst <= tolerance && iteration == 0 {
                 self.contacts.iter_mut().zip(&self.normals).for_each(|(contact, &before)| contact.turn_impulse(before));
-                if formulation.momentum() {
-                    self.press(shared, components);
-                }
+                self.press(shared, components);
             }
             return worst;
         }
-        if !formulation.momentum() {
-            let worst = error(self, components, Poses::Held, counters);
-            if worst > tolerance {
-                return worst;
-            }
-        }
-        // What counts is the nearest places.
         error(self, components, Poses::Settling, counters)
     }
 
     /// The largest error of the contacts as they are evaluated.
-    fn error(&mut self, shared: &Shared, components: &mut Sets<'_>, formulation: Formulation, tolerance: f64) -> f64 {
+    fn error(&mut self, shared: &Shared, components: &mut Sets<'_>, tolerance: f64) -> f64 {
         let mut worst = 0.0_f64;
         for contact in &mut self.contacts {
             contact.residual = 0.0;
@@ -90,9 +79,7 @@ impl IslandContacts {
             } / contact.radius.min(self.unit);
             worst = if contact.residual.is_nan() { f64::NAN } else { worst.max(contact.residual) };
         }
-        if formulation.momentum() {
-            self.press(shared, components);
-        }
+        self.press(shared, components);
         worst
     }
 
