@@ -35,8 +35,8 @@ typedef struct cosserat_snapshot cosserat_snapshot;
 /* The last error of the calling thread, valid until its next call that fails; empty before the first. */
 const char *cosserat_last_error(void);
 
-/* Loads a scene file (docs/scenes.md). `formulation` ("xpbd-geometric", "newton", "xpbd") and `integrator` ("euler", "bdf2") may be
- * NULL: the defaults. `out` is freed by cosserat_free. */
+/* Loads a scene file (docs/scenes.md). `formulation` ("newton", "xpbd") and `integrator` ("bdf2", "euler") may be
+ * NULL: those of the scene, else the defaults. `out` is freed by cosserat_free. */
 int32_t cosserat_open(const char *path, const char *formulation, const char *integrator, cosserat_simulation **out);
 
 /* The same with a scene that comes with the library, by its name ("helix"). */

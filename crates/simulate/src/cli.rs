@@ -90,8 +90,8 @@ pub(crate) struct SceneArgs {
     #[arg(long)]
     pub(crate) integrator: Option<Integrator>,
     /// How exactly a step is solved: with newton, where nothing can touch, no surface may be off by more than this share of a segment's length;
-    /// with the xpbd formulations the residual must fall to this share of what it was at the start of the step [default: 1e-3; with the
-    /// xpbd formulations 1e-6].
+    /// with xpbd the residual must fall to this share of what it was at the start of the step [default: 1e-3; with
+    /// xpbd 1e-6].
     #[arg(long, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) tolerance: Option<f64>,
     /// How exactly contacts are solved: how deep two rods may overlap, or slip where they should stick, as a share of the

@@ -13,7 +13,7 @@
 //!   come and go, and what a start continues is of those of the last steps.
 //! - **`newton` iterates with the exact tangent or with the positive matrix**, whichever takes a set less work
 //!   ([`Tangent::Auto`]). In lanes it is the positive one.
-//! - **`xpbd` formulations start at the prediction.** A start of a whole step would stay in the motion, and one of
+//! - **`xpbd` starts at the prediction.** A start of a whole step would stay in the motion, and one of
 //!   a linear solve is no use to a direct solver.
 //!
 //! `evaluate precision` measures what these rules rest on: solvers and starts side by side, at equal error.

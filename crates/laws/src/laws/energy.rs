@@ -123,7 +123,7 @@ fn work(step: &Step<'_>) -> Work {
         sum.allowed += (load.force.norm() * load.offset.abs() + load.torque.norm()) * step.turn(i).powi(2);
     }
     let tolerance = step.tolerance();
-    // Forces turn with the bodies on their ways; in the `xpbd` formulations they are those of the iterates, too, and the
+    // Forces turn with the bodies on their ways; in `xpbd` they are those of the iterates, too, and the
     // geometric stiffness begins with the pulls of the step before.
     let (order, stiff) = if step.is_newton() { (1.0, 0.0) } else { (2.0, 1.0) };
     for (k, joint, force) in step.joints() {

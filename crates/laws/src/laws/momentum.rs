@@ -3,8 +3,8 @@
 //! Euler's rule has `m (v' - v) = dt F'` for each body, so that the balance of linear momentum holds to rounding where the
 //! momentum residual is dropped, and to the tolerance in the formulation `newton`. That of angular momentum holds in the same
 //! way about any place where velocities are those of the step's places, `x' x m (v' - v)`, and the spin of a body is the
-//! discrete momentum of Moser and Veselov, `(2 / dt) q (s I u + u x I u)` with (s, u) the relative rotation of the step. The
-//! `xpbd` formulations push along the directions of their iterates: their torques, and the forces of contacts, are off by the
+//! discrete momentum of Moser and Veselov, `(2 / dt) q (s I u + u x I u)` with (s, u) the relative rotation of the step.
+//! `xpbd` pushes along the directions of its iterates: its torques, and the forces of contacts, are off by the
 //! angle that bodies turn in the step, of first order in dt.
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -157,7 +157,7 @@ fn spin(segment: &Segment, [from, to]: [&UnitQuaternion<f64>; 2], dt: f64) -> Ve
     from * (turning * s + u.cross(&turning)) * (2.0 / dt)
 }
 
-/// By which part torques on a segment may be off. In the `xpbd` formulations directions are those of the iterates, off by the
+/// By which part torques on a segment may be off. In `xpbd` directions are those of the iterates, off by the
 /// turn of the step; sines stand for halves of turns, to second order, in all of them.
 fn off(step: &Step<'_>, turn: f64) -> f64 {
     if step.is_newton() { turn * turn } else { turn + turn * turn }
