@@ -31,7 +31,7 @@ pub(crate) struct ContactWorld {
     islands: Islands,
     /// Contacts of each island, and what else it keeps.
     stages: Vec<IslandContacts>,
-    rooms: Vec<IslandWorkspace>,
+    workspaces: Vec<IslandWorkspace>,
     counters: Counters,
     segments: usize,
     /// All of them as one set, and the steps that were accepted since they were last taken, where derivatives ask for them.
@@ -80,7 +80,7 @@ impl ContactWorld {
             shared,
             islands: Islands::default(),
             stages: Vec::new(),
-            rooms: Vec::new(),
+            workspaces: Vec::new(),
             counters: Counters::default(),
             segments: model.segments.len(),
             substeps: None,
@@ -147,24 +147,24 @@ impl ContactWorld {
         self.begin(interval, params);
         self.number();
         let mut watch = Stopwatch::start();
-        let Self { sets, islands, stages, rooms, shared, .. } = self;
-        for (island, room) in rooms[..islands.sizes.len()].iter_mut().enumerate() {
+        let Self { sets, islands, stages, workspaces, shared, .. } = self;
+        for (island, workspace) in workspaces[..islands.sizes.len()].iter_mut().enumerate() {
             let first = islands.firsts[island] as usize;
             let own = &sets[first..first + islands.sizes[island] as usize];
             // Where some must take steps of another kind than all of them have been predicted with, all are predicted anew.
             let goes_on = own.iter().filter(|set| set.component.can_go_on()).count();
-            room.is_begun = goes_on == 0 || goes_on == own.len();
+            workspace.is_begun = goes_on == 0 || goes_on == own.len();
             stages[island].take_search(shared);
         }
         islands.deal(shared, stages);
         watch.mark(&mut self.counters.times.contact);
         loop {
-            let todo = |room: &IslandWorkspace| room.status.is_none();
+            let todo = |workspace: &IslandWorkspace| workspace.status.is_none();
             self.work(todo, &|island| island.advance(interval, params));
             let count = self.islands.sizes.len();
             let mut watch = Stopwatch::start();
-            let Self { sets, islands, stages, rooms, shared, .. } = self;
-            let is_whole = |island: u32| rooms[island as usize].is_open;
+            let Self { sets, islands, stages, workspaces, shared, .. } = self;
+            let is_whole = |island: u32| workspaces[island as usize].is_open;
             let met = islands.link_meetings(shared, &stages[..count], sets, is_whole);
             watch.mark(&mut self.counters.times.contact);
             if !met {
@@ -195,51 +195,51 @@ impl ContactWorld {
         watch.mark(&mut self.counters.times.contact);
     }
 
-    /// Puts the sets of each island side by side, and makes its room.
+    /// Puts the sets of each island side by side, and makes its workspace.
     fn number(&mut self) {
         self.islands.number();
-        let Self { sets, islands, stages, rooms, shared, .. } = self;
+        let Self { sets, islands, stages, workspaces, shared, .. } = self;
         let number = |set: &ConnectedSet| set.touch.as_ref().map_or(0, |touch| touch.number);
         sets.sort_unstable_by_key(|set| (islands.of(number(set)), number(set)));
         let count = islands.sizes.len();
         if stages.len() < count {
             stages.resize_with(count, IslandContacts::default);
         }
-        if rooms.len() < count {
-            rooms.resize_with(count, IslandWorkspace::default);
+        if workspaces.len() < count {
+            workspaces.resize_with(count, IslandWorkspace::default);
         }
-        for (island, room) in rooms[..count].iter_mut().enumerate() {
+        for (island, workspace) in workspaces[..count].iter_mut().enumerate() {
             let first = islands.firsts[island] as usize;
             let own = &sets[first..first + islands.sizes[island] as usize];
-            room.segments = own.iter().map(|set| set.members.segments.len()).sum();
-            (room.status, room.is_open, room.is_begun) = (None, false, false);
+            workspace.segments = own.iter().map(|set| set.members.segments.len()).sum();
+            (workspace.status, workspace.is_open, workspace.is_begun) = (None, false, false);
             stages[island].start(shared, own.iter().flat_map(|set| set.members.segments.iter().map(|&i| i as u32)));
         }
     }
 
     /// Makes one island each of those that may have met; they are done again from the start of the step.
     fn join(&mut self) {
-        for (room, joins) in self.rooms.iter_mut().zip(self.islands.joined()) {
-            room.joins = joins;
+        for (workspace, joins) in self.workspaces.iter_mut().zip(self.islands.joined()) {
+            workspace.joins = joins;
         }
-        self.work(|room| room.joins, &|island| island.undo());
-        let (stages, rooms) = (std::mem::take(&mut self.stages), std::mem::take(&mut self.rooms));
+        self.work(|workspace| workspace.joins, &|island| island.undo());
+        let (stages, workspaces) = (std::mem::take(&mut self.stages), std::mem::take(&mut self.workspaces));
         let leaders = self.islands.leaders.clone();
-        for room in rooms[..leaders.len()].iter().filter(|room| room.joins) {
-            self.counters += room.counters;
+        for workspace in workspaces[..leaders.len()].iter().filter(|workspace| workspace.joins) {
+            self.counters += workspace.counters;
         }
         self.number();
-        for ((leader, stage), room) in leaders.into_iter().zip(stages).zip(rooms) {
-            if !room.joins {
+        for ((leader, stage), workspace) in leaders.into_iter().zip(stages).zip(workspaces) {
+            if !workspace.joins {
                 let island = self.islands.of(leader) as usize;
-                (self.stages[island], self.rooms[island]) = (stage, room);
+                (self.stages[island], self.workspaces[island]) = (stage, workspace);
             }
         }
-        let Self { islands, stages, rooms, shared, .. } = self;
+        let Self { islands, stages, workspaces, shared, .. } = self;
         for contact in &shared.pressing {
             let component = shared.detector.shapes()[contact.key.0 as usize].component;
             let island = islands.of(component) as usize;
-            if rooms[island].status.is_none() {
+            if workspaces[island].status.is_none() {
                 stages[island].take(*contact);
             }
         }
@@ -247,13 +247,13 @@ impl ContactWorld {
 
     /// Ends the step of all islands.
     fn end(&mut self) -> Status {
-        let Self { sets, islands, stages, rooms, shared, counters, substeps, .. } = self;
+        let Self { sets, islands, stages, workspaces, shared, counters, substeps, .. } = self;
         let mut status = Status::Converged;
-        for room in &mut rooms[..islands.sizes.len()] {
-            status = status.max(room.status.unwrap_or(Status::Converged));
-            *counters += std::mem::take(&mut room.counters);
+        for workspace in &mut workspaces[..islands.sizes.len()] {
+            status = status.max(workspace.status.unwrap_or(Status::Converged));
+            *counters += std::mem::take(&mut workspace.counters);
             if let Some((_, kept)) = substeps {
-                kept.append(&mut room.substeps);
+                kept.append(&mut workspace.substeps);
             }
         }
         let mut watch = Stopwatch::start();
@@ -263,10 +263,10 @@ impl ContactWorld {
         status
     }
 
-    /// Works on all islands whose rooms are such, side by side where there is enough to share.
+    /// Works on all islands whose workspaces are such, side by side where there is enough to share.
     fn work(&mut self, which: impl Fn(&IslandWorkspace) -> bool + Sync, what: &(dyn Fn(&mut Island<'_>) + Sync)) {
         let is_parallel = self.is_parallel();
-        let Self { sets, islands, stages, rooms, shared, substeps, .. } = self;
+        let Self { sets, islands, stages, workspaces, shared, substeps, .. } = self;
         let count = islands.sizes.len();
         let common = Common {
             shared,
@@ -276,7 +276,7 @@ impl ContactWorld {
             which: &which,
             what,
         };
-        common.work(0, sets, &mut stages[..count], &mut rooms[..count]);
+        common.work(0, sets, &mut stages[..count], &mut workspaces[..count]);
     }
 
     /// Whether sets are worked on side by side on several threads.
@@ -296,30 +296,30 @@ struct Common<'a> {
 }
 
 impl Common<'_> {
-    /// Works on the islands from `first` on that have these rooms, and these sets side by side.
+    /// Works on the islands from `first` on that have these workspaces, and these sets side by side.
     fn work(
         &self,
         first: usize,
         sets: &mut [Box<ConnectedSet>],
         stages: &mut [IslandContacts],
-        rooms: &mut [IslandWorkspace],
+        workspaces: &mut [IslandWorkspace],
     ) {
-        if let ([stage], [room]) = (&mut *stages, &mut *rooms) {
-            if (self.which)(room) {
+        if let ([stage], [workspace]) = (&mut *stages, &mut *workspaces) {
+            if (self.which)(workspace) {
                 let sets = Sets::new(sets, &self.islands.seats);
-                (self.what)(&mut Island { shared: self.shared, sets, stage, room, whole: self.whole });
+                (self.what)(&mut Island { shared: self.shared, sets, stage, workspace, whole: self.whole });
             }
             return;
         }
-        if rooms.is_empty() {
+        if workspaces.is_empty() {
             return;
         }
-        let half = rooms.len() / 2;
+        let half = workspaces.len() / 2;
         let firsts = &self.islands.firsts;
         let (sets, other_sets) = sets.split_at_mut((firsts[first + half] - firsts[first]) as usize);
         let (stages, other_stages) = stages.split_at_mut(half);
-        let (rooms, other_rooms) = rooms.split_at_mut(half);
-        let mut one = || self.work(first, sets, stages, rooms);
+        let (workspaces, other_rooms) = workspaces.split_at_mut(half);
+        let mut one = || self.work(first, sets, stages, workspaces);
         let mut other = || self.work(first + half, other_sets, other_stages, other_rooms);
         if self.is_parallel {
             rayon::join(one, other);

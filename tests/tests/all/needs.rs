@@ -41,10 +41,7 @@ fn what_is_needed_is_done() {
     let tree = run("tree-10", Formulation::Newton);
     assert!(tree.work.drag_evaluations > 0 && tree.median_us.drag > 0.0);
     assert!(tree.work.branch_eliminations > 0 && tree.work.momentum_evaluations > 0);
-    assert_eq!(
-        left_out(&tree),
-        ["loads", "damping", "contacts", "linear iterations", "lanes", "threads"]
-    );
+    assert_eq!(left_out(&tree), ["loads", "damping", "contacts", "linear iterations", "lanes", "threads"]);
     let elastica = run("elastica", Formulation::Newton);
     assert!(elastica.work.load_evaluations > 0 && elastica.work.damping_evaluations > 0);
     assert!(elastica.work.momentum_evaluations > 0 && elastica.work.guesses_used > 0 && elastica.median_us.guess > 0.0);

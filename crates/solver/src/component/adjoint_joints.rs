@@ -30,7 +30,7 @@ impl<T: Real> Component<T> {
         let (strain, gap) = self.strain_at_start(j);
         let remembered = zip(strain, rows.angular).0;
         let extra = |list: &[T]| list.get(j).copied().unwrap_or(T::zero());
-        let (bend_extra, shear_extra) = (extra(&self.beyond.bend_extra), extra(&self.beyond.shear_extra));
+        let (bend_extra, shear_extra) = (extra(&self.extras.bend_extra), extra(&self.extras.shear_extra));
         let bent = constants.bend * (x + y) + bend_extra * y;
         let stretched = constants.stretch * along + constants.shear * across + shear_extra * further;
         let stretch_remembered = body.orientation.rotate(gap).dot(answer);
@@ -55,7 +55,7 @@ impl<T: Real> Component<T> {
     /// Adds what a joint remembers of the start of the step to derivatives with respect to the poses of its bodies there.
     #[inline(always)]
     pub(crate) fn memory_back(&self, j: usize, field: Spatial<T>, bars: &mut [BodyBar<T>]) {
-        if self.beyond.damped.is_empty() {
+        if self.extras.damped.is_empty() {
             return;
         }
         let (one, two) = (T::splat(1.0), T::splat(2.0));
@@ -79,7 +79,7 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     fn kept(&self, j: usize) -> [T; 3] {
         let one = T::splat(1.0);
-        let Some(damped) = self.beyond.damped.get(j) else { return [one; 3] };
+        let Some(damped) = self.extras.damped.get(j) else { return [one; 3] };
         let kept = |time: T| one / (one + time / T::splat(self.dt));
         let [bending, twist, stretch] = damped.times;
         [kept(bending), kept(twist), kept(stretch)]
@@ -89,7 +89,7 @@ impl<T: Real> Component<T> {
     fn frames_at_start(&self, j: usize) -> [Quat<T>; 2] {
         let [a, b] = self.system.topology.joints[j];
         let (a, b) = (self.start[a as usize].q, self.start[b as usize].q);
-        match self.beyond.rests.get(j) {
+        match self.extras.rests.get(j) {
             Some(rests) => [a * rests[0], b * rests[1]],
             None => [a, b],
         }
@@ -102,7 +102,7 @@ impl<T: Real> Component<T> {
         let (a, b) = (&self.start[a as usize], &self.start[b as usize]);
         let offsets = self.system.joints[j].offsets;
         let mut arms = [a.q.axis() * offsets[0], b.q.axis() * offsets[1]];
-        if let Some(across) = self.beyond.across.get(j) {
+        if let Some(across) = self.extras.across.get(j) {
             arms = [arms[0] + a.q.rotate(across[0]), arms[1] + b.q.rotate(across[1])];
         }
         (a.x - b.x + arms[0] - arms[1], arms)

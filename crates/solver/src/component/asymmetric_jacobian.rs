@@ -80,7 +80,7 @@ impl<T: Real> Component<T> {
         let a = self.system.topology.joints[j][0] as usize;
         let body = &self.system.bodies[a];
         let mut fixed = -arm;
-        if let Some(damped) = self.beyond.damped.get(j) {
+        if let Some(damped) = self.extras.damped.get(j) {
             fixed += body.orientation.rotate(damped.gap);
         }
         let mut out = along(cross_matrix(fixed), body.axis, force, terms.stretch_extra);

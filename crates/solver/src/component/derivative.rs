@@ -185,8 +185,8 @@ impl<const D: usize> Component<Dual<D>> {
         own.shear.slope[k] = variation.shear_compliance;
         own.bend.slope[k] = variation.bend_compliance;
         own.twist.slope[k] = variation.twist_compliance;
-        self.beyond.seed(self.joints.len(), j, k, variation);
-        self.beyond.prepare(&mut self.system);
+        self.extras.seed(self.joints.len(), j, k, variation);
+        self.extras.prepare(&mut self.system);
     }
 
     /// Lets a body begin with other pose and velocities along a direction.

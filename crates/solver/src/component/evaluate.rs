@@ -20,14 +20,14 @@ impl<T: Real> Component<T> {
 
     #[inline(always)]
     fn evaluate_kernel(&mut self, formulation: Formulation) -> Residuals<T> {
-        if !self.loose.is_empty() {
+        if !self.released.is_empty() {
             self.follow_faces();
         }
         self.evaluate_bodies(formulation);
-        if !self.loose.is_empty() {
+        if !self.released.is_empty() {
             self.free_rows();
         }
-        let mut residuals = match self.beyond.is_empty() {
+        let mut residuals = match self.extras.is_empty() {
             true => self.evaluate_joints::<false>(),
             false => self.evaluate_joints::<true>(),
         };
@@ -66,7 +66,7 @@ impl<T: Real> Component<T> {
                 Sym3::identity(across) + Sym3::outer(axis, along - across)
             };
         }
-        if !self.beyond.across.is_empty() {
+        if !self.extras.across.is_empty() {
             self.turn_places();
         }
         if !self.rigid.is_empty() {
@@ -120,7 +120,7 @@ impl<T: Real> Component<T> {
     }
 
     #[inline(always)]
-    fn evaluate_joints<const BEYOND: bool>(&mut self) -> Residuals<T> {
+    fn evaluate_joints<const EXTRAS: bool>(&mut self) -> Residuals<T> {
         let zero = T::zero();
         let mut worst = Residuals { stretch: zero, bend: zero, momentum: zero, check: zero };
         for (k, terms) in self.system.joints.iter_mut().enumerate() {
@@ -132,15 +132,15 @@ impl<T: Real> Component<T> {
             let mut gap = first.x - second.x + axis_a * terms.offsets[0] - axis_b * terms.offsets[1];
             let (mut frame, mut other, mut rest_darboux) = (first.q, second.q, constants.rest_darboux);
             let mut bend_extra = T::zero();
-            if BEYOND {
+            if EXTRAS {
                 if let Some(across) = self.system.across.get(k) {
                     gap = gap + across[0] - across[1];
                 }
-                if let Some(rests) = self.beyond.rests.get(k) {
+                if let Some(rests) = self.extras.rests.get(k) {
                     (frame, other) = (first.q * rests[0], second.q * rests[1]);
                     self.system.frames[k] = frame;
                 }
-                if let Some(damped) = self.beyond.damped.get(k) {
+                if let Some(damped) = self.extras.damped.get(k) {
                     rest_darboux = damped.rest_darboux;
                     gap -= first.q.rotate(damped.gap);
                 }
@@ -154,7 +154,7 @@ impl<T: Real> Component<T> {
             let mut stretch =
                 gap + lambda.linear * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.linear));
             let mut bend = strain + lambda.angular * terms.bend;
-            if BEYOND {
+            if EXTRAS {
                 if let Some(&extra) = self.system.shear_extra.get(k) {
                     let d2 = first.q.second_axis();
                     stretch += d2 * (extra * d2.dot(lambda.linear));

@@ -32,7 +32,7 @@ impl<T: Real> Component<T> {
         ends.enumerate().any(|(k, ((ends, terms), constants))| {
             let [a, b] = ends.map(|body| &self.start[body as usize]);
             let mut gap = a.x - b.x + a.q.axis() * terms.offsets[0] - b.q.axis() * terms.offsets[1];
-            if let Some(places) = self.beyond.across.get(k) {
+            if let Some(places) = self.extras.across.get(k) {
                 gap = gap + a.q.rotate(places[0]) - b.q.rotate(places[1]);
             }
             let most = terms.length * T::splat(APART);

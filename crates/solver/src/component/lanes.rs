@@ -64,7 +64,7 @@ impl<T: Real> Component<T> {
             given: self.given.iter().map(|given| given.lane(lane)).collect(),
             has_given: self.has_given,
             moved: self.moved.iter().filter(|moved| moved.lane == lane).map(|moved| moved.alone()).collect(),
-            loose: self.loose.iter().filter(|loose| loose.lane == lane).map(|loose| loose.alone()).collect(),
+            released: self.released.iter().filter(|one| one.lane == lane).map(|one| one.alone()).collect(),
             resting: self
                 .resting
                 .iter()
@@ -78,7 +78,7 @@ impl<T: Real> Component<T> {
             pulls_hold: false,
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
-            beyond: self.beyond.pick(lane),
+            extras: self.extras.pick(lane),
             loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
             changing: self.changing.iter().filter(|own| own.lane == lane).map(|own| own.alone()).collect(),
             rigid: self.pick_rigid(lane),
@@ -96,7 +96,7 @@ impl<T: Real> Component<T> {
             time: self.time,
             dt: self.dt,
         };
-        out.beyond.prepare(&mut out.system);
+        out.extras.prepare(&mut out.system);
         for (terms, own) in out.system.joints.iter_mut().zip(&self.system.joints) {
             terms.offsets = own.offsets.map(|z| z.lane(lane));
             terms.length = own.length.lane(lane);

@@ -140,7 +140,7 @@ pub struct Component<T> {
     /// The fixed segments and anchors that move.
     moved: Vec<motion::Moved>,
     /// Joints that leave something free.
-    loose: Vec<released::Released>,
+    released: Vec<released::Released>,
     /// Inertia of the fixed segments.
     resting: Vec<hold::Resting>,
     /// Whether the pulls are those of the multipliers, or those expected of a step that has none yet.
@@ -148,7 +148,7 @@ pub struct Component<T> {
     bodies: Vec<BodyConstants<T>>,
     joints: Vec<JointConstants<T>>,
     /// What joints have beyond those of the paper.
-    beyond: joint_extras::JointExtras<T>,
+    extras: joint_extras::JointExtras<T>,
     loads: Vec<BodyLoad<T>>,
     /// Loads and gravity that change over time.
     changing: Vec<forces::ChangingForce>,
@@ -177,8 +177,8 @@ impl<T: Real> Component<T> {
     /// Sets that share `topology`, one a lane; the first also fills the lanes left over.
     pub fn new(model: &Model, state: &State, topology: Arc<Topology>, sets: &[&Members]) -> Self {
         let mut system = System::new(topology);
-        let beyond = joint_extras::JointExtras::new(model, sets);
-        beyond.prepare(&mut system);
+        let extras = joint_extras::JointExtras::new(model, sets);
+        extras.prepare(&mut system);
         let (bodies, joints) = (system.bodies.len(), system.joints.len());
         let pose = BodyPose { x: Vec3::zero(), q: Quat::identity() };
         let zero = T::zero();
@@ -210,7 +210,7 @@ impl<T: Real> Component<T> {
             given: vec![T::splat(-1.0); bodies],
             has_given: false,
             moved: Vec::new(),
-            loose: Vec::new(),
+            released: Vec::new(),
             resting: Vec::new(),
             longest_unit: T::splat(f64::INFINITY),
             correction: T::splat(f64::INFINITY),
@@ -221,7 +221,7 @@ impl<T: Real> Component<T> {
             pulls_hold: false,
             bodies: vec![body; bodies],
             joints: vec![joint; joints],
-            beyond,
+            extras,
             loads: Vec::new(),
             changing: Vec::new(),
             rigid: Vec::new(),

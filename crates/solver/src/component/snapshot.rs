@@ -32,7 +32,7 @@ impl<T: Real> Component<T> {
             moved: _,
             rigid,
             joints,
-            loose,
+            released,
             // A step makes these anew before it looks at them.
             effective: _,
             start: _,
@@ -54,7 +54,7 @@ impl<T: Real> Component<T> {
             // These stay the same, or follow from what is held; of air, a segment's inertia is each step's.
             bodies: _,
             resting: _,
-            beyond: _,
+            extras: _,
             changing: _,
             damping: _,
         } = self;
@@ -76,7 +76,7 @@ impl<T: Real> Component<T> {
         });
         visitor.list(rigid, |visitor, body| body.visit_state(visitor));
         // What joints that turn freely have turned by, with which open grips go on.
-        loose.iter().filter_map(Released::turning).for_each(|joint| visitor.vector(&mut joints[joint].rest_darboux));
+        released.iter().filter_map(Released::turning).for_each(|joint| visitor.vector(&mut joints[joint].rest_darboux));
         visitor.vector(gravity);
         visitor.real(last_dt);
         visitor.real(last_effective);

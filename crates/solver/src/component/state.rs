@@ -79,7 +79,7 @@ impl<T: Real> Component<T> {
             let [lambda_s, lambda_b] = [self.lambda[k].linear, self.lambda[k].angular].map(|x| get(x, lane) * share);
             let [a, b] = self.system.topology.joints[k].map(|body| get_quat(self.poses[body as usize].q, lane));
             let length = self.system.joints[k].length.lane(lane);
-            forces[index] = match self.beyond.rests.get(k).map(|rests| rests.map(|q| get_quat(q, lane))) {
+            forces[index] = match self.extras.rests.get(k).map(|rests| rests.map(|q| get_quat(q, lane))) {
                 None => JointForce::of_multipliers(lambda_s, lambda_b, [&a, &b], length),
                 Some([of_a, of_b]) => {
                     let own = JointForce::of_multipliers(lambda_s, lambda_b, [&(a * of_a), &(b * of_b)], length);

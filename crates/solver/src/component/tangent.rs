@@ -102,7 +102,7 @@ impl<T: Real> Component<T> {
             *stiffest = (-own).select(*stiffest, least);
         }
         roots.clear();
-        if self.beyond.is_graded || !self.loose.is_empty() {
+        if self.extras.is_graded || !self.released.is_empty() {
             self.gather_roots(roots);
         }
     }

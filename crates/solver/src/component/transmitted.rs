@@ -29,7 +29,7 @@ struct Turned<T> {
 impl<T: Real> Component<T> {
     fn turned_joint(&self, j: usize) -> Turned<T> {
         let [a, b] = self.system.topology.joints[j].map(|body| self.poses[body as usize].q);
-        let [rest, of_b] = self.beyond.rests.get(j).copied().unwrap_or([Quat::identity(); 2]);
+        let [rest, of_b] = self.extras.rests.get(j).copied().unwrap_or([Quat::identity(); 2]);
         let frame = a * rest;
         let (zero, one) = (T::zero(), T::splat(1.0));
         let per = (-self.effective).select(zero, one / (self.effective * self.effective));

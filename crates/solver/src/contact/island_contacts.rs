@@ -53,8 +53,8 @@ pub(crate) struct IslandContacts {
     /// Contacts of a segment with meshes for which others wait.
     deepest: Vec<Deepest>,
     problem: Problem,
-    impulses: ContactSolver,
-    coupling: Assembly,
+    solver: ContactSolver,
+    assembly: Assembly,
     /// What errors are at most relative to [m], beside the radius: a contact may be off by no more than gravity takes a body
     /// that rests in a step. What is pushed out of another body in one step keeps that velocity, which must be none beside
     /// gravity's.
@@ -75,7 +75,7 @@ impl IslandContacts {
         self.holders.forget();
         self.active.clear();
         self.pressed.clone_from(&shared.pressed);
-        self.impulses.begin();
+        self.solver.begin();
         (self.unit, self.hysteresis) = (f64::INFINITY, 0.0);
         (self.dt, self.effective_dt) = (0.0, 0.0);
     }
@@ -310,10 +310,10 @@ impl IslandContacts {
         let shapes = shared.detector.shapes();
         let contacts = (&*self.contacts, &mut self.active);
         let problem = &mut self.problem;
-        self.coupling.assemble(contacts, shapes, components, problem, shared.params.max_blocks)?;
+        self.assembly.assemble(contacts, shapes, components, problem, shared.params.max_blocks)?;
         let params = &shared.params;
         let tolerance = (tolerance * params.sweep_tolerance).max(worst * params.sweep_reduction);
-        let sweeps = self.impulses.solve(problem, tolerance, params) as u64;
+        let sweeps = self.solver.solve(problem, tolerance, params) as u64;
         let contacts = self.active.len() as u64;
         counters.contact_sweeps += sweeps;
         counters.contact_solves += contacts;

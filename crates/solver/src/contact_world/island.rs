@@ -46,7 +46,7 @@ pub(super) struct Island<'a> {
     pub(super) shared: &'a Shared,
     pub(super) sets: Sets<'a>,
     pub(super) stage: &'a mut IslandContacts,
-    pub(super) room: &'a mut IslandWorkspace,
+    pub(super) workspace: &'a mut IslandWorkspace,
     /// All segments as one set, where derivatives ask for steps.
     pub(super) whole: Option<&'a Members>,
 }
@@ -55,25 +55,25 @@ impl Island<'_> {
     /// Steps over `interval`. A step that is done as a whole is still to be accepted.
     pub(super) fn advance(&mut self, interval: Interval, params: &StepParams) {
         let whole = step_control::advance_whole(self, interval, 0, params);
-        self.room.is_open = whole.is_some();
-        self.room.whole = if self.room.is_open { None } else { Some(interval) };
+        self.workspace.is_open = whole.is_some();
+        self.workspace.whole = if self.workspace.is_open { None } else { Some(interval) };
         let status = whole.unwrap_or_else(|| {
-            let Self { sets, room, .. } = &mut *self;
-            room.start.write(|visitor| sets.iter_mut().for_each(|set| set.visit_state(visitor)));
+            let Self { sets, workspace, .. } = &mut *self;
+            workspace.start.write(|visitor| sets.iter_mut().for_each(|set| set.visit_state(visitor)));
             step_control::advance_parts(self, interval, 0, params)
         });
-        self.room.status = Some(status);
+        self.workspace.status = Some(status);
     }
 
     /// Accepts a step that was done as a whole.
     pub(super) fn close(&mut self, params: &StepParams) {
-        if let Some(status) = self.room.status
-            && std::mem::take(&mut self.room.is_open)
+        if let Some(status) = self.workspace.status
+            && std::mem::take(&mut self.workspace.is_open)
         {
             let status = self.accept(status, params);
-            self.room.status = Some(status);
+            self.workspace.status = Some(status);
         }
-        let status = self.room.status.unwrap_or(Status::Converged);
+        let status = self.workspace.status.unwrap_or(Status::Converged);
         for set in self.sets.iter_mut() {
             set.status = status;
             set.observe_step();
@@ -82,13 +82,13 @@ impl Island<'_> {
 
     /// Goes back to the start of the step, however it was done.
     pub(super) fn undo(&mut self) {
-        if std::mem::take(&mut self.room.is_open) {
+        if std::mem::take(&mut self.workspace.is_open) {
             self.roll_back();
         } else {
-            let Self { sets, room, .. } = &mut *self;
-            room.start.read(|visitor| sets.iter_mut().for_each(|set| set.visit_state(visitor)));
+            let Self { sets, workspace, .. } = &mut *self;
+            workspace.start.read(|visitor| sets.iter_mut().for_each(|set| set.visit_state(visitor)));
         }
-        self.room.substeps.clear();
+        self.workspace.substeps.clear();
     }
 
     /// Predictions, guesses for the step's start, first evaluations.
@@ -121,7 +121,7 @@ impl Island<'_> {
             stage.solve(shared, sets, (contact, params.contact_tolerance), counters)
         });
         self.mark_pushed();
-        let (swept, segments) = (solved.unwrap_or(0), self.room.segments);
+        let (swept, segments) = (solved.unwrap_or(0), self.workspace.segments);
         self.each(|set| {
             let ConnectedSet { component, projector, exact, tangents, counters, .. } = set;
             if let Some(tangents) = tangents {
@@ -283,16 +283,16 @@ impl Island<'_> {
         &mut self,
         work: impl FnOnce(&mut IslandContacts, &Shared, &mut Sets<'_>, &mut Counters) -> R,
     ) -> R {
-        let Self { shared, sets, stage, room, .. } = self;
+        let Self { shared, sets, stage, workspace, .. } = self;
         let mut watch = Stopwatch::start();
-        let result = work(stage, shared, sets, &mut room.counters);
-        watch.mark(&mut room.counters.times.contact);
+        let result = work(stage, shared, sets, &mut workspace.counters);
+        watch.mark(&mut workspace.counters.times.contact);
         result
     }
 
     /// Works on all sets, side by side where there is enough to share.
     fn each(&mut self, work: impl Fn(&mut ConnectedSet) + Send + Sync) {
-        each(self.sets.all(), self.room.segments, work);
+        each(self.sets.all(), self.workspace.segments, work);
     }
 }
 
@@ -326,8 +326,8 @@ pub(super) fn begin_set(
 
 impl Steps for Island<'_> {
     fn attempt(&mut self, interval: Interval, params: &StepParams, guessing: bool, is_last: bool) -> Status {
-        self.room.end = interval.time + interval.dt;
-        if !std::mem::take(&mut self.room.is_begun) {
+        self.workspace.end = interval.time + interval.dt;
+        if !std::mem::take(&mut self.workspace.is_begun) {
             self.begin(interval, params, guessing);
         }
         let guessed = self.is_guessed();
@@ -410,19 +410,19 @@ impl Steps for Island<'_> {
         // Contacts alone may be what has not converged.
         let own = self.sets.iter().map(|set| set.attempt.status(0)).max();
         let not_converged = matches!(status, Status::OutOfIterations | Status::TooManyContacts);
-        self.room.counters.not_converged += u64::from(not_converged && own == Some(Status::Converged));
+        self.workspace.counters.not_converged += u64::from(not_converged && own == Some(Status::Converged));
         if status.is_stuck() {
             self.roll_back();
             return status;
         }
         let status = self.ended(status, params);
-        if let Some(whole) = self.room.whole {
-            self.stage.note_strays(self.shared, &self.sets, (self.room.end - whole.time) / whole.dt);
+        if let Some(whole) = self.workspace.whole {
+            self.stage.note_strays(self.shared, &self.sets, (self.workspace.end - whole.time) / whole.dt);
         }
         let begins_anew = self.stage.end_step(self.shared) || status != Status::Converged;
         if let Some(whole) = self.whole {
             let touching = self.stage.slopes(self.shared, &mut self.sets, params.contact_tolerance);
-            self.room.substeps.extend(Substep::of_all(self.sets.as_slice(), whole, touching, begins_anew));
+            self.workspace.substeps.extend(Substep::of_all(self.sets.as_slice(), whole, touching, begins_anew));
         }
         for set in self.sets.iter_mut() {
             if let Some(touch) = &mut set.touch {
@@ -433,13 +433,14 @@ impl Steps for Island<'_> {
                 set.component.begin_anew(1.0);
             }
         }
-        self.room.counters.worst_contact = self.room.counters.worst_contact.max(self.stage.worst());
-        self.room.counters.deepest_penetration = self.room.counters.deepest_penetration.max(self.stage.deepest());
+        self.workspace.counters.worst_contact = self.workspace.counters.worst_contact.max(self.stage.worst());
+        self.workspace.counters.deepest_penetration =
+            self.workspace.counters.deepest_penetration.max(self.stage.deepest());
         status
     }
 
     fn counters_mut(&mut self) -> &mut Counters {
-        &mut self.room.counters
+        &mut self.workspace.counters
     }
 
     fn count_dropped(&mut self) {

@@ -10,17 +10,17 @@ impl<T: Real> Component<T> {
     /// `set_compliances` has set without damping.
     pub(in crate::component) fn begin_beyond(&mut self) {
         let k = T::splat(1.0) / (self.effective * self.effective);
-        for (own, &extra) in self.system.bend_extra.iter_mut().zip(&self.beyond.bend_extra) {
+        for (own, &extra) in self.system.bend_extra.iter_mut().zip(&self.extras.bend_extra) {
             *own = extra * k;
         }
-        for (own, &extra) in self.system.shear_extra.iter_mut().zip(&self.beyond.shear_extra) {
+        for (own, &extra) in self.system.shear_extra.iter_mut().zip(&self.extras.shear_extra) {
             *own = extra * k;
         }
         let (one, rate) = (T::splat(1.0), T::splat(1.0 / self.dt));
-        for j in 0..self.beyond.damped.len() {
+        for j in 0..self.extras.damped.len() {
             let [a, b] = self.system.topology.joints[j].map(|body| self.start[body as usize]);
             let terms = &mut self.system.joints[j];
-            let damped = &mut self.beyond.damped[j];
+            let damped = &mut self.extras.damped[j];
             let [bending, twist, stretch] = damped.times.map(|time| time * rate);
             let kept = |ratio: T| one / (one + ratio);
             let JointConstants { rest_darboux, stretch: along, shear, bend, twist: about, .. } = self.joints[j];
@@ -38,14 +38,14 @@ impl<T: Real> Component<T> {
                 *extra = *extra * kept(stretch);
             }
 
-            let [of_a, of_b] = self.beyond.rests.get(j).map_or([a.q, b.q], |rests| [a.q * rests[0], b.q * rests[1]]);
+            let [of_a, of_b] = self.extras.rests.get(j).map_or([a.q, b.q], |rests| [a.q * rests[0], b.q * rests[1]]);
             let relative = (of_a.conj() * of_b).upper();
             let [x, y, z] = (relative.v * (T::splat(2.0) / terms.length) - rest_darboux).0;
             let share = |ratio: T| ratio * kept(ratio);
             let (bending, twist) = (share(bending), share(twist));
             damped.rest_darboux = rest_darboux + Vec3([x * bending, y * bending, z * twist]);
             let mut gap = a.x - b.x + a.q.axis() * terms.offsets[0] - b.q.axis() * terms.offsets[1];
-            if let Some(across) = self.beyond.across.get(j) {
+            if let Some(across) = self.extras.across.get(j) {
                 gap = gap + a.q.rotate(across[0]) - b.q.rotate(across[1]);
             }
             damped.gap = a.q.rotate_back(gap) * share(stretch);
@@ -54,7 +54,7 @@ impl<T: Real> Component<T> {
 
     /// Turns the places across the axes with the current poses.
     pub(in crate::component) fn turn_places(&mut self) {
-        for (k, across) in self.beyond.across.iter().enumerate() {
+        for (k, across) in self.extras.across.iter().enumerate() {
             let ends = self.system.topology.joints[k];
             for ((arm, &place), body) in self.system.across[k].iter_mut().zip(across).zip(ends) {
                 *arm = self.poses[body as usize].q.rotate(place);
@@ -64,6 +64,6 @@ impl<T: Real> Component<T> {
 
     /// Joints lose nothing any more.
     pub(crate) fn stop_inner_damping(&mut self) {
-        self.beyond.damped.clear();
+        self.extras.damped.clear();
     }
 }

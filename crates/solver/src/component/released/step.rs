@@ -23,40 +23,40 @@ impl<T: Real> Component<T> {
             let joint = &model.joints[index];
             let (turns, open) = (turns(joint), model.is_open(joint));
             if turns != Turns::None || open {
-                self.loose.push(Released { lane, joint: k, turns, open });
+                self.released.push(Released { lane, joint: k, turns, open });
             }
         }
     }
 
     /// Whether a joint of a lane leaves something free.
     pub(in crate::component) fn is_loose(&self, joint: usize, lane: usize) -> bool {
-        self.loose.iter().any(|loose| (loose.lane, loose.joint) == (lane, joint))
+        self.released.iter().any(|one| (one.lane, one.joint) == (lane, joint))
     }
 
     /// Whether an anchor of a lane is open.
     pub(in crate::component) fn is_open(&self, anchor: usize, lane: usize) -> bool {
         let holds_on = |joint: usize| self.system.topology.joints[joint].contains(&(anchor as u32));
-        self.loose.iter().any(|loose| loose.open && loose.lane == lane && holds_on(loose.joint))
+        self.released.iter().any(|one| one.open && one.lane == lane && holds_on(one.joint))
     }
 
     /// Opens or closes the joints of a lane that hold on to an anchor, where it is then.
     pub(in crate::component) fn set_open(&mut self, lane: usize, anchor: usize, open: bool) {
         let ends = self.system.topology.joints.iter().enumerate();
         for (joint, _) in ends.filter(|(_, ends)| ends.contains(&(anchor as u32))) {
-            match self.loose.iter_mut().find(|loose| (loose.lane, loose.joint) == (lane, joint)) {
-                Some(loose) => loose.open = open,
-                None => self.loose.push(Released { lane, joint, turns: Turns::None, open }),
+            match self.released.iter_mut().find(|one| (one.lane, one.joint) == (lane, joint)) {
+                Some(one) => one.open = open,
+                None => self.released.push(Released { lane, joint, turns: Turns::None, open }),
             }
         }
-        self.loose.retain(|loose| loose.open || loose.turns != Turns::None);
+        self.released.retain(|one| one.open || one.turns != Turns::None);
     }
 
     /// Places open grips at the faces that they may hold.
     #[cold]
     #[inline(never)]
     pub(in crate::component) fn follow_faces(&mut self) {
-        for k in 0..self.loose.len() {
-            let Released { lane, joint, open, .. } = self.loose[k];
+        for k in 0..self.released.len() {
+            let Released { lane, joint, open, .. } = self.released[k];
             if !open {
                 continue;
             }
@@ -82,7 +82,7 @@ impl<T: Real> Component<T> {
             true => Quat { v: v * (1.0 / squared.sqrt()), w: 0.0 },
             false => Quat { v, w: (1.0 - squared).sqrt() },
         };
-        match self.beyond.rests.get(joint).map(|rests| rests.map(|q| Quat { v: pick(q.v, lane), w: q.w.lane(lane) })) {
+        match self.extras.rests.get(joint).map(|rests| rests.map(|q| Quat { v: pick(q.v, lane), w: q.w.lane(lane) })) {
             None => rest,
             Some([of_a, of_b]) => of_a * rest * of_b.conj(),
         }
@@ -93,11 +93,11 @@ impl<T: Real> Component<T> {
     #[cold]
     #[inline(never)]
     pub(in crate::component) fn free_rows(&mut self) {
-        for k in 0..self.loose.len() {
-            let Released { lane, joint, turns, open } = self.loose[k];
+        for k in 0..self.released.len() {
+            let Released { lane, joint, turns, open } = self.released[k];
             let [a, b] = self.system.topology.joints[joint].map(|body| body as usize);
             let (mut first, mut second) = (self.poses[a].q, self.poses[b].q);
-            if let Some(rests) = self.beyond.rests.get(joint) {
+            if let Some(rests) = self.extras.rests.get(joint) {
                 (first, second) = (first * rests[0], second * rests[1]);
             }
             let terms = &mut self.system.joints[joint];
@@ -114,7 +114,7 @@ impl<T: Real> Component<T> {
             let all = (FREE * answer).max(LEAST);
             // What inner damping has made of it in this step, if there is any.
             let rests = &mut self.joints[joint].rest_darboux;
-            let rest = self.beyond.damped.get_mut(joint).map_or(rests, |damped| &mut damped.rest_darboux);
+            let rest = self.extras.damped.get_mut(joint).map_or(rests, |damped| &mut damped.rest_darboux);
             let bend = match turns {
                 // The anchor goes with the face, with nothing between them but the hinge's angle.
                 Turns::One if open => Some(all),
@@ -152,7 +152,7 @@ impl<T: Real> Component<T> {
     /// Drops what free rows answered in a linear solve.
     #[inline]
     pub(crate) fn drop_free(&mut self) {
-        for Released { lane, joint, turns, open } in &self.loose {
+        for Released { lane, joint, turns, open } in &self.released {
             let own = &mut self.dlambda[*joint];
             *own = masked(*own, *lane, *turns, *open);
         }
@@ -160,13 +160,13 @@ impl<T: Real> Component<T> {
 
     /// Rows of a joint, zero where it is free.
     pub(in crate::component) fn without_free_rows(&self, joint: usize, x: Spatial<T>) -> Spatial<T> {
-        let own = self.loose.iter().filter(|loose| loose.joint == joint);
+        let own = self.released.iter().filter(|one| one.joint == joint);
         own.fold(x, |x, &Released { lane, turns, open, .. }| masked(x, lane, turns, open))
     }
 
     /// Drops what a guess says of multipliers of free rows.
     pub(in crate::component) fn drop_free_multipliers(&mut self) {
-        for Released { lane, joint, turns, open } in &self.loose {
+        for Released { lane, joint, turns, open } in &self.released {
             let own = &mut self.lambda[*joint];
             *own = masked(*own, *lane, *turns, *open);
         }
@@ -176,13 +176,13 @@ impl<T: Real> Component<T> {
 impl Component<f64> {
     /// Joints that turn freely about one axis.
     pub(crate) fn hinges(&self) -> impl Iterator<Item = usize> {
-        self.loose.iter().filter(|loose| loose.turns == Turns::One && !loose.open).map(|loose| loose.joint)
+        self.released.iter().filter(|one| one.turns == Turns::One && !one.open).map(|one| one.joint)
     }
 
     /// Holds the free rows of hinges of the last evaluation by what the joints bend by.
     pub(crate) fn hold_hinges(&mut self) {
-        for loose in self.loose.iter().filter(|loose| loose.turns == Turns::One && !loose.open) {
-            self.system.joints[loose.joint].twist_extra = 0.0;
+        for one in self.released.iter().filter(|one| one.turns == Turns::One && !one.open) {
+            self.system.joints[one.joint].twist_extra = 0.0;
         }
     }
 
