@@ -123,6 +123,8 @@ impl<T: Real> Component<T> {
             out.start.velocity.linear = bar.now.linear * -further;
             out.start.over = bar.now.angular * -further;
             out.start.now = bar.earlier;
+            out.start.now.linear += bar.gained;
+            out.start.earlier.linear = bar.gained * T::splat(-1.0);
             let of_momentum = bar.over * per + bar.now.angular * beyond;
             let [momentum, of_turn] = momentum_back(|x| steps.inertia(i, end, x), since.1, half, of_momentum);
             turn += of_turn;
@@ -406,11 +408,9 @@ impl<T: Real> Component<T> {
             pulls[load.body] += load.force * steps.inverse_mass(load.body);
         }
         for (i, bar) in bars.iter_mut().enumerate().filter(|(i, _)| !self.is_still(*i)) {
-            let over = (self.poses[i].x - self.start[i].x) * T::splat(1.0 / self.dt);
-            let gained = over - steps.start_velocity(i);
-            let [of_pull, of_gained] = followed_back(pulls[i], gained, rest, bar.now.linear);
-            bar.velocity.linear += bar.now.linear + of_gained;
-            bar.earlier.linear += of_gained * T::splat(-1.0);
+            let [of_pull, of_gained] = followed_back(pulls[i], steps.gained(i), rest, bar.now.linear);
+            bar.velocity.linear += bar.now.linear;
+            bar.gained = of_gained;
             bar.over += bar.now.angular;
             bar.now = Spatial::zero();
             pulls[i] = of_pull;

@@ -65,6 +65,8 @@ pub(super) struct Multistep<T> {
     weight: T,
     /// Shares of velocities that damping leaves, linear and angular: over the step under way, and over the last one.
     decay: [[T; 2]; 2],
+    /// Per segment: by how much its velocity grew in the step before the last one [m/s].
+    gained: Vec<Vec3<T>>,
 }
 
 impl<T: Real> Multistep<T> {
@@ -174,6 +176,7 @@ impl<T: Real> Multistep<T> {
             share: self.share.lane(lane),
             weight: self.weight.lane(lane),
             decay: self.decay.map(|pair| pair.map(|x| x.lane(lane))),
+            gained: self.gained.iter().map(|x| pick(*x, lane)).collect(),
         }
     }
 

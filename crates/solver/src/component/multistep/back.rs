@@ -21,9 +21,9 @@ impl<T: Real> Multistep<T> {
         self.ratio / (T::splat(1.0) + self.ratio)
     }
 
-    /// Velocity of a segment at the start of the step under way [m/s].
-    pub(in crate::component) fn start_velocity(&self, body: usize) -> Vec3<T> {
-        self.now[body].linear
+    /// By how much the velocity of a segment grew in the step before the one under way [m/s].
+    pub(in crate::component) fn gained(&self, body: usize) -> Vec3<T> {
+        self.now[body].linear - self.earlier[body].linear
     }
 
     /// Reciprocal of a segment's mass, without what air adds to it [1/kg].

@@ -35,6 +35,7 @@ impl<T: Real> Component<T> {
                 share: one,
                 weight: zero,
                 decay: [[one; 2]; 2],
+                gained: vec![Vec3::zero(); self.segments],
             })
         });
         let Some(steps) = &mut self.multistep else { return };
@@ -126,6 +127,9 @@ impl<T: Real> Component<T> {
         let further = steps.ratio / (T::splat(1.0) + steps.ratio);
         let now = new.plus(new.plus(old, T::splat(-1.0)), further);
         let kept = Spatial { linear: steps.now[body].linear, angular: steps.over[body] };
+        let gained = Spatial { linear: steps.now[body].linear - steps.earlier[body].linear, angular: Vec3::zero() };
+        let before_last = Spatial { linear: steps.gained[body], angular: Vec3::zero() };
+        steps.gained[body] = select(active, gained, before_last).linear;
         steps.over[body] = select(active, new, kept).angular;
         steps.earlier[body] = select(active, before, steps.earlier[body]);
         steps.now[body] = select(active, now, steps.now[body]);
@@ -141,8 +145,8 @@ impl<T: Real> Component<T> {
     }
 
     /// Restarts the integrator in the lanes where `active` >= 0: something in the last step, such as an impact, will not go on.
-    /// The next step begins with the velocities over the last one, and with what gravity and loads add up to its end where
-    /// bodies followed them in its first half: see [`followed`].
+    /// The next step begins with the velocities over the last one, and with what gravity and loads add in the half of a step to its
+    /// end, as far as bodies followed them in the step before: what rests on a contact or hangs on joints does not.
     pub(crate) fn begin_anew(&mut self, active: T) {
         let half = self.last_dt * T::splat(0.5);
         let Some(steps) = &mut self.multistep else { return };
@@ -156,7 +160,7 @@ impl<T: Real> Component<T> {
             let constants = &steps.bodies[i];
             let pull = self.gravity * constants.free + self.scratch[i].linear * constants.inverse_mass;
             let over = self.velocities[i].linear;
-            let linear = over + followed(pull, over - steps.earlier[i].linear, rest);
+            let linear = over + followed(pull, steps.gained[i], rest);
             steps.now[i] = select(active, Spatial { linear, angular: steps.over[i] }, steps.now[i]);
         }
         steps.goes_on = active.select(T::splat(-SETTLING), steps.goes_on);
@@ -208,19 +212,19 @@ impl<T: Real> Component<T> {
     }
 }
 
-/// What an acceleration `pull` adds over the `rest` of a step in whose first part, as long, a velocity has `gained` so much: no
-/// more than it had a share in (a slope limiter, minmod: Roe 1986). What rests on a contact or hangs on joints gains nothing.
+/// What an acceleration `pull` adds over the `rest` of a step, half of it, where a velocity has `gained` so much in a whole one: no
+/// more than half of what it gained along it (a slope limiter, minmod: Roe 1986).
 #[inline(always)]
 fn followed<T: Real>(pull: Vec3<T>, gained: Vec3<T>, rest: T) -> Vec3<T> {
     pull * follow_time(pull, gained, rest)[1]
 }
 
-/// For how long a velocity follows an acceleration: the time in which it alone would have gained as much along itself, as it is
+/// For how long a velocity follows an acceleration: the time in which it alone would have gained half as much along itself, as it is
 /// and within 0 and `rest`.
 #[inline(always)]
 fn follow_time<T: Real>(pull: Vec3<T>, gained: Vec3<T>, rest: T) -> [T; 2] {
     let (zero, square) = (T::zero(), pull.norm_squared());
-    let time = (-square).select(zero, gained.dot(pull) / square);
+    let time = (-square).select(zero, gained.dot(pull) * T::splat(0.5) / square);
     [time, -(-time.max(zero)).max(-rest)]
 }
 
@@ -236,7 +240,8 @@ pub(in crate::component) fn followed_back<T: Real>(
     let is_limited = (time * (time - rest)).select(T::splat(1.0), zero);
     let of_time =
         (-pull.norm_squared()).select(zero, pull.dot(bar) / pull.norm_squared()) * (T::splat(1.0) - is_limited);
-    [bar * limited + (gained - pull * (time + time)) * of_time, pull * of_time]
+    let half = T::splat(0.5);
+    [bar * limited + (gained * half - pull * (time + time)) * of_time, pull * (of_time * half)]
 }
 
 /// What the rate at the end of a step, which turned by about `2 u` to `end`, is beyond that over it: with the angular `momenta`
