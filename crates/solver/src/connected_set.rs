@@ -239,6 +239,10 @@ impl Steps for ConnectedSet {
         self.component.roll_back();
     }
 
+    fn restart(&mut self) {
+        self.component.restart();
+    }
+
     fn accept(&mut self, status: Status, params: &StepParams) -> Status {
         count_step(&self.attempt, 0, !status.is_stuck(), &mut self.counters);
         if status.is_stuck() {

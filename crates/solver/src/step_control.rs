@@ -20,6 +20,9 @@ pub(crate) trait Steps {
     /// Takes the last attempt back.
     fn roll_back(&mut self);
 
+    /// Lets the next step be one of Euler's rule, which stands more than one of higher order.
+    fn restart(&mut self);
+
     /// Ends the step with the last attempt: velocities, or back where it began if there is nothing to go on from. Returns how
     /// the step ended: as the attempt did, or with joints apart.
     fn accept(&mut self, status: Status, params: &StepParams) -> Status;
@@ -63,8 +66,9 @@ pub(crate) fn advance_whole(
     Some(status)
 }
 
-/// [`advance`] over one half of `interval` after the other.
+/// [`advance`] over one half of `interval` after the other, the first one by Euler's rule.
 pub(crate) fn advance_parts(sets: &mut impl Steps, interval: Interval, halvings: u32, params: &StepParams) -> Status {
+    sets.restart();
     let mut worst = Status::ConvergedInSubsteps;
     for half in interval.halves() {
         worst = worst.max(advance(sets, half, halvings + 1, params));
@@ -127,6 +131,8 @@ mod tests {
         fn roll_back(&mut self) {
             self.rolled_back += 1;
         }
+
+        fn restart(&mut self) {}
 
         fn accept(&mut self, status: Status, _: &StepParams) -> Status {
             self.accepted.push((self.last.time, self.last.dt, status));

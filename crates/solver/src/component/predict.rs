@@ -65,14 +65,15 @@ impl<T: Real> Component<T> {
             let (rate, last_half) = if is_other { self.variable(i, last_half) } else { (old.angular, last_half) };
             let w = pose.q.rotate_back(rate);
             let (mut v, mut m) = match &self.multistep {
-                None => (old.linear * kept[0], angular_momentum(constants.inertia(w), w * last_half) * kept[1]),
-                Some(steps) => {
+                // What is held goes on at its own velocity.
+                Some(steps) if free.lane(0) != 0.0 => {
                     let Spatial { linear, angular } = steps.predicted(i, old.linear);
                     let Vec3([x, y, z]) = pose.q.rotate_back(angular);
                     // What air adds to the inertia takes part in the motion from here on.
                     let heavier = constants.transverse / steps.transverse(i);
                     (linear, Vec3([x * heavier, y * heavier, z]))
                 }
+                _ => (old.linear * kept[0], angular_momentum(constants.inertia(w), w * last_half) * kept[1]),
             };
             v += self.gravity * (pushed * free);
             if !self.loads.is_empty() {

@@ -401,6 +401,10 @@ impl Steps for Island<'_> {
         self.stage.roll_back();
     }
 
+    fn restart(&mut self) {
+        self.sets.iter_mut().for_each(|set| set.component.restart());
+    }
+
     fn accept(&mut self, status: Status, params: &StepParams) -> Status {
         let is_off = self.stage.worst() > params.contact.max_error;
         for set in self.sets.iter_mut() {

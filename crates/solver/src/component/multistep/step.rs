@@ -166,6 +166,11 @@ impl<T: Real> Component<T> {
         steps.goes_on = active.select(T::splat(-SETTLING), steps.goes_on);
     }
 
+    /// Forgets the steps before, so that the next one is of Euler's rule.
+    pub(crate) fn restart(&mut self) {
+        (0..T::LANES).for_each(|lane| self.forget_steps(lane));
+    }
+
     /// Forgets the steps before in a lane: velocities at the start of the next step are all there is.
     pub(in crate::component) fn forget_steps(&mut self, lane: usize) {
         if let Some(steps) = &mut self.multistep {
