@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 use rod::{Assembly, Load, Material, Model, RodSpec, Section, State, Stiffness, shape};
+use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation};
 use solver::statics::{StaticParams, equilibrium};
 use solver::step::Status;
@@ -115,6 +116,12 @@ pub fn tight() -> Settings {
     let mut settings = Settings::default();
     (settings.step.relative_tolerance, settings.step.motion_tolerance) = (1e-9, 1e-9);
     settings.step.absolute_tolerance = 1e-13;
+    settings
+}
+
+/// Settings with Euler's rule in place of their integrator, for what theory says of that rule.
+pub fn by_euler(mut settings: Settings) -> Settings {
+    settings.step.integrator = Integrator::Euler;
     settings
 }
 

@@ -4,7 +4,7 @@ use rod::{Model, State};
 use solver::simulation::Simulation;
 use solver::step::Status;
 
-use crate::tight;
+use crate::{by_euler, tight};
 
 /// Shape, slope (times L) of a clamped-free beam's mode at s = x L.
 pub fn bending_mode(beta: f64, x: f64) -> (f64, f64) {
@@ -30,7 +30,7 @@ impl Mode {
     /// With h = omega dt and c = h^2 tau / dt implicit Euler does `(1 + h^2 + c) x'' = (2 + c) x' - x` from step to step; the
     /// two factors are found by least squares.
     pub fn seen(model: &Model, state: &State, dt: f64, steps: usize, coordinate: impl Fn(&State) -> f64) -> Self {
-        let mut simulation = Simulation::new(model, state, &tight(), None).expect("a valid model");
+        let mut simulation = Simulation::new(model, state, &by_euler(tight()), None).expect("a valid model");
         let mut state = state.clone();
         let mut x = vec![coordinate(&state)];
         for step in 0..steps {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use acceptance::vibration::bending_mode;
-use acceptance::{Beam, assert_order, run, tight};
+use acceptance::{Beam, assert_order, by_euler, run, tight};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Damping, Model, RestShape, RodSpec, State, measure, shape};
 use solver::formulation::Formulation;
@@ -26,7 +26,7 @@ fn oscillation(
     half_periods: usize,
     coordinate: impl Fn(&State) -> f64,
 ) -> Oscillation {
-    let mut simulation = Simulation::new(model, state, &tight(), None).unwrap();
+    let mut simulation = Simulation::new(model, state, &by_euler(tight()), None).unwrap();
     let mut state = state.clone();
     let (mut crossings, mut peaks, mut peak) = (Vec::new(), Vec::new(), 0.0_f64);
     let mut before = coordinate(&state);
@@ -240,7 +240,7 @@ fn angular_momentum_drifts_at_first_order() {
     for formulation in Formulation::ALL {
         let drifts = [200, 400, 800, 1600].map(|steps| {
             let dt = 0.5 / steps as f64;
-            let mut settings = tight();
+            let mut settings = by_euler(tight());
             settings.step.formulation = formulation;
             let (_, end) = run(&model, &state, &settings, dt, steps);
             (discrete_angular_momentum(&model, &end, dt) - before).norm() / before.norm()
@@ -261,7 +261,7 @@ fn a_free_segment_keeps_its_angular_momentum_to_rounding() {
             let (model, state) = assembly.finish();
             for (dt, steps) in [(0.02, 1), (0.02, 1000)] {
                 let before = discrete_angular_momentum(&model, &state, dt);
-                let (_, end) = run(&model, &state, &Settings::default(), dt, steps);
+                let (_, end) = run(&model, &state, &by_euler(Settings::default()), dt, steps);
                 let change = (discrete_angular_momentum(&model, &end, dt) - before).norm() / before.norm();
                 println!("free segment l = {length}, r = {radius}, |w| dt = {:.2}: {change:.1e}", spin.norm() * dt);
                 assert!(change < 1e-11, "l = {length}, w = {spin:?}, {steps} steps: {change}");
@@ -280,7 +280,7 @@ fn free_fall_is_exact() {
         let thrown = Vector3::new(1.0, 2.0, 3.0);
         assembly.state_mut().velocities.fill(thrown);
         let (model, state) = assembly.finish();
-        let mut settings = Settings::default();
+        let mut settings = by_euler(Settings::default());
         settings.step.formulation = formulation;
         let (_, end) = run(&model, &state, &settings, dt, steps);
         // Symplectic Euler: sum of g dt^2 k for k = 1 .. n.
@@ -301,7 +301,7 @@ fn damping_decays_at_its_rate() {
     assembly.damping(Damping { linear: 3.0, angular: 0.0 });
     assembly.state_mut().velocities.fill(Vector3::new(1.0, -2.0, 0.5));
     let (model, state) = assembly.finish();
-    let (_, end) = run(&model, &state, &Settings::default(), 0.01, 50);
+    let (_, end) = run(&model, &state, &by_euler(Settings::default()), 0.01, 50);
     for v in &end.velocities {
         assert!((v / (-1.5_f64).exp() - Vector3::new(1.0, -2.0, 0.5)).norm() < 1e-11);
     }
@@ -313,7 +313,7 @@ fn damping_decays_at_its_rate() {
     let (model, state) = assembly.finish();
     let dt = 0.01;
     let before = discrete_angular_momentum(&model, &state, dt);
-    let (_, end) = run(&model, &state, &Settings::default(), dt, 50);
+    let (_, end) = run(&model, &state, &by_euler(Settings::default()), dt, 50);
     let change = discrete_angular_momentum(&model, &end, dt) / (-1.5_f64).exp() - before;
     assert!(change.norm() < 1e-11 * before.norm(), "{change}");
 }

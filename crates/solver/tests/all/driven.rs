@@ -12,6 +12,7 @@ use rod::{
 use solver::component::Members;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
+use solver::integrator::Integrator;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
 use solver::statics::{StaticParams, equilibrium};
@@ -224,6 +225,7 @@ fn reactions_balance_weight_and_inertia() {
         absolute_tolerance: 1e-10,
         max_iterations: 60,
         formulation: Formulation::Newton,
+        integrator: Integrator::Euler,
         ..StepParams::DEFAULT
     };
     let settings = Settings { step, solver: SolverKind::Direct };

@@ -11,6 +11,7 @@ use rod::{
 use solver::component::Members;
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
+use solver::integrator::Integrator;
 use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation, SimulationError};
@@ -338,6 +339,7 @@ fn reactions_balance_while_grips_change() {
         absolute_tolerance: 1e-10,
         max_iterations: 60,
         formulation: Formulation::Newton,
+        integrator: Integrator::Euler,
         ..StepParams::DEFAULT
     };
     let settings = Settings { step, solver: SolverKind::Direct };

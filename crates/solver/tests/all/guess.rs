@@ -8,6 +8,7 @@ use solver::component::{BodyPose, Component, Members};
 use solver::counters::Counters;
 use solver::formulation::Formulation;
 use solver::guess::{Fischer, GuessKind, InitialGuess};
+use solver::integrator::Integrator;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
@@ -133,7 +134,14 @@ fn simulated(
     dt: &dyn Fn(usize) -> f64,
 ) -> (State, Counters) {
     let (model, state) = scene;
-    let step = StepParams { formulation, relative_tolerance: 1e-7, motion_tolerance: 1e-7, ..StepParams::default() };
+    let integrator = Integrator::Euler;
+    let step = StepParams {
+        formulation,
+        integrator,
+        relative_tolerance: 1e-7,
+        motion_tolerance: 1e-7,
+        ..StepParams::default()
+    };
     let factory = |model: &Model, members: &Members, topology: &Topology| guess.build(model, members, topology);
     let mut simulation = Simulation::new(model, state, &Settings { step, solver }, Some(&factory)).unwrap();
     for k in 0..30 {

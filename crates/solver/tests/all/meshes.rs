@@ -107,6 +107,7 @@ fn rod(start: Vector3<f64>, along: Vector3<f64>, segments: usize, youngs_modulus
 pub(crate) fn sharp() -> Settings {
     let mut settings = Settings::default();
     settings.step.formulation = Formulation::Newton;
+    settings.step.integrator = Integrator::Euler;
     settings.step.contact_tolerance = 1e-6;
     settings
 }

@@ -10,6 +10,7 @@ use rod::{Assembly, Friction, Model, Obstacle, ObstacleShape, RodSpec, State, Su
 use solver::component::{BodyPose, Component, Members};
 use solver::formulation::{ContactProjection, Formulation};
 use solver::guess::{GuessKind, InitialGuess};
+use solver::integrator::Integrator;
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
@@ -170,7 +171,8 @@ fn where_projections_are_predicted() {
         Box::new(Half(SolverKind::Direct.build(model, members, topology).unwrap()))
     };
     for formulation in Formulation::ALL {
-        let params = StepParams { formulation, max_iterations: 4, ..StepParams::DEFAULT };
+        let integrator = Integrator::Euler;
+        let params = StepParams { formulation, integrator, max_iterations: 4, ..StepParams::DEFAULT };
         let mut simulation = Simulation::end_to_end(&model, &state, &params, &build).unwrap();
         follow(&mut simulation, &model, &state, 0..STEPS, &format!("end to end, {formulation}"));
     }

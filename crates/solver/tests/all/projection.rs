@@ -5,6 +5,7 @@ use kernels::Spatial;
 use rod::{Model, State};
 use solver::component::{Component, Members};
 use solver::formulation::{ContactProjection, Formulation};
+use solver::integrator::Integrator;
 use solver::linear::LinearSolver;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
@@ -54,7 +55,7 @@ fn end_to_end(model: &Model, state: &State, params: &StepParams, scale: f64, wro
 }
 
 fn params(formulation: Formulation, max_iterations: usize) -> StepParams {
-    StepParams { formulation, max_iterations, max_halvings: 0, ..StepParams::default() }
+    StepParams { formulation, integrator: Integrator::Euler, max_iterations, max_halvings: 0, ..StepParams::default() }
 }
 
 #[test]

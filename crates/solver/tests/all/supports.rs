@@ -33,6 +33,7 @@ fn sharp(formulation: Formulation) -> Settings {
         absolute_tolerance: 1e-10,
         max_iterations: 60,
         formulation,
+        integrator: Integrator::Euler,
         ..StepParams::DEFAULT
     };
     Settings { step, solver: SolverKind::Direct }

@@ -23,11 +23,17 @@ pub fn material(youngs_modulus: f64, density: f64) -> Material {
     Material { youngs_modulus, torsion_modulus: youngs_modulus, density }
 }
 
+/// Of Euler's rule, by which most tests know what is right; [`integrated`] has both.
 pub fn settings(formulation: Formulation, solver: SolverKind) -> Settings {
-    Settings {
-        step: StepParams { formulation, relative_tolerance: 1e-6, motion_tolerance: 1e-6, ..StepParams::DEFAULT },
-        solver,
-    }
+    let (integrator, tolerance) = (Integrator::Euler, 1e-6);
+    let step = StepParams {
+        formulation,
+        integrator,
+        relative_tolerance: tolerance,
+        motion_tolerance: tolerance,
+        ..StepParams::DEFAULT
+    };
+    Settings { step, solver }
 }
 
 /// Every formulation with every integrator.
