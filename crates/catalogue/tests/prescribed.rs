@@ -10,6 +10,7 @@ use knn::{Knn, Params};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::linear::cg::CgParams;
 use solver::linear::solvers::SolverKind;
 use solver::simulation::{Settings, Simulation};
@@ -62,7 +63,7 @@ fn check_in(row: &Row, (model, state): &(Model, State), plane: Option<Normal>) {
         if helps_steps && !formulation.momentum() {
             continue;
         }
-        let step = StepParams { formulation, ..StepParams::DEFAULT };
+        let step = StepParams { formulation, integrator: Integrator::Euler, ..StepParams::DEFAULT };
         let solver = if helps_steps { SolverKind::Direct } else { SolverKind::Cg(CgParams::default()) };
         // As it is, and in substeps.
         for (max_iterations, relative_tolerance) in [(step.max_iterations, step.relative_tolerance), (1, 1e-10)] {

@@ -10,6 +10,7 @@ use rod::Model;
 use solver::component::Members;
 use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
+use solver::integrator::Integrator;
 use solver::linear::solvers::SolverKind;
 use solver::projection::Projection;
 use solver::simulation::{Settings, Simulation};
@@ -86,7 +87,12 @@ fn end_to_end_follows_a_known_motion_and_says_that_it_is_not_exact() {
     let build = |model: &Model, members: &Members, topology: &Topology| -> Box<dyn Projection> {
         Box::new(KnnGuess::new(knn.clone(), Graph::new(model, members, topology), plane))
     };
-    let params = StepParams { formulation: Formulation::Xpbd, max_iterations: 1, ..StepParams::default() };
+    let params = StepParams {
+        formulation: Formulation::Xpbd,
+        integrator: Integrator::Euler,
+        max_iterations: 1,
+        ..StepParams::default()
+    };
     let mut predicted = Simulation::end_to_end(&scene.model, &scene.state, &params, &build).unwrap();
     let settings = Settings { step: StepParams { max_iterations: 30, ..params }, ..Settings::default() };
     let mut exact = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();

@@ -365,6 +365,10 @@ impl<'a> Session<'a> {
         self.course.drives.retain(|_, velocities| velocities.iter().any(|v| *v != Vector3::zeros()));
         if let Some(first) = self.hands_begin {
             let zero = Vector3::zeros();
+            // A hand that takes hold or lets go is a force that jumps.
+            if self.course.loaded.len() != pulls.len() || !self.course.loaded.iter().all(|s| pulls.contains_key(s)) {
+                simulation.restart();
+            }
             for &segment in self.course.loaded.iter().filter(|segment| !pulls.contains_key(segment)) {
                 simulation.set_load(first + segment, zero, zero)?;
             }

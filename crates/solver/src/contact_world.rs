@@ -113,6 +113,11 @@ impl ContactWorld {
         self.shared.set_gravity(gravity);
     }
 
+    /// Lets the next step be one of Euler's rule.
+    pub(crate) fn restart(&mut self) {
+        self.sets.iter_mut().for_each(|set| set.component.restart());
+    }
+
     /// What presses on what at the end of the last step.
     pub(crate) fn contact_forces(&self) -> impl Iterator<Item = ContactForce> {
         self.shared.forces(&self.sets)

@@ -148,6 +148,15 @@ impl Piece {
         }
     }
 
+    /// Lets the next step be one of Euler's rule.
+    pub(crate) fn restart(&mut self) {
+        match self {
+            Piece::Single(set) => set.component.restart(),
+            Piece::LaneBatch(group) => group.component_mut().restart(),
+            Piece::ContactWorld(sets) => sets.restart(),
+        }
+    }
+
     /// Copies how the last step ended for each segment of these.
     pub(crate) fn store_statuses(&self, statuses: &mut [Status]) {
         let mut store = |members: &Members, status: Status| members.segments.iter().for_each(|&i| statuses[i] = status);

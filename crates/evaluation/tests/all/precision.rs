@@ -5,6 +5,7 @@ use std::num::NonZeroUsize;
 use evaluation::precision::{Against, Budget, Curve, GivenUp, Level, Outer, Problem, Start, Way, run_way};
 use solver::formulation::Formulation;
 use solver::guess::GuessKind;
+use solver::integrator::Integrator;
 use solver::linear::cg::CgParams;
 use solver::linear::precondition::PreconditionerKind;
 use solver::linear::solvers::SolverKind;
@@ -24,7 +25,8 @@ fn rod(formulations: &[Formulation], factors: &[usize]) -> Problem {
 }
 
 fn way(name: &str, formulation: Formulation, solver: SolverKind) -> Way<'static> {
-    let settings = Settings { step: StepParams { formulation, ..StepParams::default() }, solver };
+    let settings =
+        Settings { step: StepParams { formulation, integrator: Integrator::Euler, ..StepParams::default() }, solver };
     Way { name: name.to_owned(), kind: solver.name(), settings, start: Start::Plain(GuessKind::Zero) }
 }
 

@@ -11,6 +11,7 @@ use rod::{Model, State};
 use solver::component::{BodyPose, Component};
 use solver::formulation::Formulation;
 use solver::guess::InitialGuess;
+use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation};
 use solver::step::StepParams;
 
@@ -33,6 +34,7 @@ impl InitialGuess for Watch {
 fn steps(model: &Model, state: &State, dt: f64, count: usize) -> Vec<Component<f64>> {
     let step = StepParams {
         formulation: Formulation::Newton,
+        integrator: Integrator::Euler,
         relative_tolerance: 1e-11,
         motion_tolerance: 1e-11,
         ..StepParams::default()

@@ -31,7 +31,7 @@ const END: &str = "segments = 30\n";
 
 mistakes! {
     unknown_key: "dt_s" => "dt",
-        "4: run.dt is not a known key (did you mean `dt_s`?); expected one of `dt_s`, `steps`, `every`, `from`, `begin`";
+        "4: run.dt is not a known key (did you mean `dt_s`?); expected one of `dt_s`, `steps`, `every`, `from`, `begin`, `integrator`";
     unit_left_out: "length_m = 4" => "length = 4",
         "12: rods[0].shape.straight.length is not a known key (did you mean `length_m`?); expected one of `start_m`, `direction`, `angle_deg`, `length_m`, `segments`";
     unknown_table: "[run]" => "[runs]",

@@ -13,7 +13,10 @@ fn everything() -> scene::Scene {
 fn names_and_ranges() {
     let scene = everything();
     assert_eq!((scene.name.as_str(), scene.description.as_str()), ("everything", "Every key once."));
-    assert_eq!(scene.run, scene::RunDefaults { dt: 0.02, steps: 10, every: 5, integrator: None });
+    assert_eq!(
+        scene.run,
+        scene::RunDefaults { dt: 0.02, steps: 10, every: 5, integrator: Some(rod::Integrator::Bdf2) }
+    );
     let names: Vec<_> = scene.rods.iter().map(|rod| rod.name.as_str()).collect();
     let grown = ["trunk/0", "trunk/1", "trunk/2", "trunk/3", "trunk/4", "trunk/5", "trunk/6"];
     let sapling = ["sapling", "sapling/0", "sapling/1", "sapling/2"];
@@ -266,6 +269,7 @@ fn a_minimal_file_has_the_declared_defaults() {
     let scene = scene::parse("[[rods]]\nshape.straight = { length_m = 4, segments = 30 }", "x.toml").unwrap();
     let mut paper = scene::builtin("bending-rod").unwrap();
     paper.model.segments[0].fixed = false;
+    assert_eq!(paper.run.integrator.take(), Some(rod::Integrator::Euler));
     assert_eq!((scene.model, scene.state, scene.run), (paper.model, paper.state, paper.run));
 }
 

@@ -89,7 +89,7 @@ fn without_arguments_it_starts_from_a_network_and_says_what_that_is_worth() {
     assert_eq!(lines[0], "simulate --formulation xpbd --solver cg --guess gn-best");
     assert!(lines[1].starts_with("gn-best: recipe best, scenario rod, ") && lines[1].ends_with(", built in"), "{out}");
     assert_eq!(lines[2], "bending-rod: 30 segments, 29 joints, 100 steps of 0.02 s");
-    assert_eq!(lines[3], "formulation xpbd, solver cg-block-jacobi, guess gn-best in the plane");
+    assert_eq!(lines[3], "formulation xpbd, integrator euler, solver cg-block-jacobi, guess gn-best in the plane");
     assert!(lines[4].starts_with("converged: 100 steps, 2 s of motion, in "), "{out}");
     // The blank: the network's guess as it is has a row beside the one that is kept in the plane.
     let networks = ["cg from COPINGNet (gn) ", "cg from COPINGNet (gn), planar ", "cg from COPINGNet (gn-best) "];

@@ -219,7 +219,7 @@ fn several_runs_make_one_page() {
     let output = run(&["view", &a, &b, "--out", &page]);
     assert_eq!(texts(&output).0, Some(0));
     let text = fs::read_to_string(&page).expect("a page");
-    assert!(text.contains("helix: xpbd, direct") && text.contains("helix: newton"));
+    assert!(text.contains("helix: xpbd, euler, direct") && text.contains("helix: newton, euler"));
     // Its own page may be made anew.
     let output = run(&["view", &a, "--out", &page]);
     assert_eq!(texts(&output).0, Some(0));

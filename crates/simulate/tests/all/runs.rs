@@ -16,7 +16,7 @@ fn without_arguments_it_runs_the_bending_rod() {
     assert_eq!((code, err), (Some(0), ""));
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!(lines[0], "bending-rod: 30 segments, 29 joints, 100 steps of 0.02 s");
-    assert_eq!(lines[1], "formulation newton, solver direct, guess step-adaptive");
+    assert_eq!(lines[1], "formulation newton, integrator euler, solver direct, guess step-adaptive");
     assert!(lines[2].starts_with("chosen: solver direct: ") && lines[2].contains("; guess step-adaptive: "), "{out}");
     assert!(lines[3].starts_with("converged: 100 steps, 2 s of motion, in "), "{out}");
     assert!(lines[lines.len() - 2].starts_with("Next: `simulate --view` "), "{out}");
@@ -103,9 +103,9 @@ fn every_builtin_scene_runs_with_bdf2_which_the_summary_names() {
 fn the_exact_tangent_is_named_by_the_summary() {
     let flags = ["helix", "--steps", "2", "--formulation", "newton", "--tangent"];
     let with = |tangent| [&flags[..], &[tangent]].concat();
-    let named =
-        ["exact", "positive"].map(|tangent| (tangent, format!("formulation newton, tangent {tangent}, solver")));
-    for (tangent, named) in named.into_iter().chain([("auto", "newton, solver".to_owned())]) {
+    let named = ["exact", "positive"]
+        .map(|tangent| (tangent, format!("formulation newton, tangent {tangent}, integrator euler, solver")));
+    for (tangent, named) in named.into_iter().chain([("auto", "newton, integrator euler, solver".to_owned())]) {
         assert_eq!(json(&with(tangent))["tangent"], tangent);
         let output = run(&with(tangent));
         let (_, out, _) = texts(&output);

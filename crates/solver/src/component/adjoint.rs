@@ -7,7 +7,7 @@
 //! with a body: `R I R^T x` is as it was where x is turned along.
 
 use super::asymmetric_jacobian::turn_since;
-use super::multistep::{followed_back, gyroscopic_back, momentum_back};
+use super::multistep::{gyroscopic_back, momentum_back};
 use super::parts::{copy_spatial, pick, pick_spatial, put, select};
 use super::turns::angular_momentum;
 use super::{BodyBar, Component};
@@ -123,8 +123,8 @@ impl<T: Real> Component<T> {
             out.start.velocity.linear = bar.now.linear * -further;
             out.start.over = bar.now.angular * -further;
             out.start.now = bar.earlier;
-            out.start.now.linear += bar.gained;
-            out.start.earlier.linear = bar.gained * T::splat(-1.0);
+            out.start.now = out.start.now.plus(bar.gained, T::splat(1.0));
+            out.start.earlier = Spatial::zero().plus(bar.gained, T::splat(-1.0));
             let of_momentum = bar.over * per + bar.now.angular * beyond;
             let [momentum, of_turn] = momentum_back(|x| steps.inertia(i, end, x), since.1, half, of_momentum);
             turn += of_turn;
@@ -392,35 +392,14 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Back over [`Component::begin_anew`] after the step that is solved: `bars` become those before it. `each` is told the
-    /// derivative with respect to gravity of each free body, and `of_load` those with respect to the force of a load, felt in a lane
-    /// by a body, and by it to the body's mass.
-    pub(crate) fn begin_anew_back(
-        &self,
-        bars: &mut [BodyBar<T>],
-        mut each: impl FnMut(Vec3<T>),
-        mut of_load: impl FnMut(usize, usize, usize, Vec3<f64>, f64),
-    ) {
+    /// Back over [`Component::begin_anew`] after the step that is solved: `bars` become those before it.
+    pub(crate) fn begin_anew_back(&self, bars: &mut [BodyBar<T>]) {
         let Some(steps) = &self.multistep else { return };
-        let rest = steps.goes_on().select(T::splat(0.5 * self.dt), T::zero());
-        let mut pulls: Vec<Vec3<T>> = vec![self.gravity; bars.len()];
-        for load in &self.loads {
-            pulls[load.body] += load.force * steps.inverse_mass(load.body);
-        }
-        for (i, bar) in bars.iter_mut().enumerate().filter(|(i, _)| !self.is_still(*i)) {
-            let [of_pull, of_gained] = followed_back(pulls[i], steps.gained(i), rest, bar.now.linear);
+        for (_, bar) in bars.iter_mut().enumerate().filter(|(i, _)| !self.is_still(*i)) {
             bar.velocity.linear += bar.now.linear;
-            bar.gained = of_gained;
             bar.over += bar.now.angular;
+            bar.gained = Spatial::zero().plus(bar.now, steps.rest());
             bar.now = Spatial::zero();
-            pulls[i] = of_pull;
-            each(of_pull);
-        }
-        for load in self.loads.iter().filter(|load| !self.is_still(load.body)) {
-            let lane = load.lane;
-            let (pull, inverse_mass) = (pick(pulls[load.body], lane), steps.inverse_mass(load.body).lane(lane));
-            let of_mass = -pull.dot(pick(load.force, lane)) * inverse_mass * inverse_mass;
-            of_load(load.index, lane, load.body, pull * inverse_mass, of_mass);
         }
     }
 }

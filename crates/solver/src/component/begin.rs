@@ -37,15 +37,15 @@ pub(crate) struct BodyBar<T = f64> {
     pub(crate) earlier: Spatial<T>,
     /// The discrete momentum over the last step.
     pub(crate) over: Vec3<T>,
-    /// By how much the velocity grew in the step before the last one.
-    pub(crate) gained: Vec3<T>,
+    /// What velocity and angular momentum gained in the step before the last one.
+    pub(crate) gained: Spatial<T>,
 }
 
 impl<T: Real> Default for BodyBar<T> {
     #[inline(always)]
     fn default() -> Self {
         let zero = Spatial::zero();
-        Self { pose: zero, velocity: zero, now: zero, earlier: zero, over: Vec3::zero(), gained: Vec3::zero() }
+        Self { pose: zero, velocity: zero, now: zero, earlier: zero, over: Vec3::zero(), gained: zero }
     }
 }
 
@@ -58,7 +58,7 @@ impl<T: Real> BodyBar<T> {
             now: pick_spatial(&self.now, lane),
             earlier: pick_spatial(&self.earlier, lane),
             over: pick(self.over, lane),
-            gained: pick(self.gained, lane),
+            gained: pick_spatial(&self.gained, lane),
         }
     }
 
@@ -69,7 +69,7 @@ impl<T: Real> BodyBar<T> {
         copy_spatial(&mut self.now, lane, &from.now, 0);
         copy_spatial(&mut self.earlier, lane, &from.earlier, 0);
         put(&mut self.over, lane, from.over.0);
-        put(&mut self.gained, lane, from.gained.0);
+        copy_spatial(&mut self.gained, lane, &from.gained, 0);
     }
 }
 

@@ -37,7 +37,6 @@ use crate::kernel::math::{Quat, Vec3};
 use crate::snapshot::StateVisitor;
 
 pub(super) use back::{gyroscopic_back, momentum_back};
-pub(super) use step::followed_back;
 
 /// The steps before, of one set of segments a lane.
 #[derive(Clone, Debug)]
@@ -65,8 +64,8 @@ pub(super) struct Multistep<T> {
     weight: T,
     /// Shares of velocities that damping leaves, linear and angular: over the step under way, and over the last one.
     decay: [[T; 2]; 2],
-    /// Per segment: by how much its velocity grew in the step before the last one [m/s].
-    gained: Vec<Vec3<T>>,
+    /// Per segment: what its velocity and angular momentum gained in the step before the last one.
+    gained: Vec<Spatial<T>>,
 }
 
 impl<T: Real> Multistep<T> {
@@ -176,7 +175,7 @@ impl<T: Real> Multistep<T> {
             share: self.share.lane(lane),
             weight: self.weight.lane(lane),
             decay: self.decay.map(|pair| pair.map(|x| x.lane(lane))),
-            gained: self.gained.iter().map(|x| pick(*x, lane)).collect(),
+            gained: all(&self.gained),
         }
     }
 

@@ -200,7 +200,7 @@ impl<T: Real> Adjoint<T> {
         if std::mem::take(&mut self.is_told) {
             self.tell(model, substeps, wanted);
         }
-        self.ask(substeps, wanted);
+        self.ask(substeps);
         let Memory { field, moved, .. } = &mut self.memory;
         self.replay.solve(field, true);
         self.replay.apply_transposed(field, moved);
@@ -240,8 +240,8 @@ impl<T: Real> Adjoint<T> {
     }
 
     /// Right-hand sides of the transposed equations.
-    fn ask(&mut self, substeps: &[&Substep], wanted: Wanted) {
-        let Self { replay, bars, transmitted, gains, memory, .. } = self;
+    fn ask(&mut self, substeps: &[&Substep]) {
+        let Self { replay, bars, transmitted, memory, .. } = self;
         let Memory { field, ended, .. } = memory;
         let component = &replay.component;
         field.joints.fill(Spatial::zero());
@@ -253,25 +253,7 @@ impl<T: Real> Adjoint<T> {
             bars[b].pose.angular += turn;
         }
         if substeps.iter().any(|substep| substep.begins_anew) {
-            let (mut gravity, mut loads) = (Vec::new(), Vec::new());
-            component.begin_anew_back(
-                bars,
-                |of| gravity.push(of),
-                |load, lane, body, force, mass| {
-                    loads.push((load, lane, body, force, mass));
-                },
-            );
-            if wanted.surroundings {
-                gravity.into_iter().for_each(|of| gains.add_gravity(of));
-            }
-            for (load, lane, body, force, mass) in loads {
-                if wanted.loads {
-                    gains.add_load(load, [Vector3::from(force.0), Vector3::zeros()]);
-                }
-                if wanted.segments {
-                    gains.add_mass_in(lane, body, mass);
-                }
-            }
+            component.begin_anew_back(bars);
         }
         ended.clear();
         T::dispatch(

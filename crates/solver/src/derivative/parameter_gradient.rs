@@ -60,18 +60,10 @@ impl<T: Real> ParameterGradient<T> {
         self.damping[1] += of.damping[1];
     }
 
-    pub(super) fn add_gravity(&mut self, by: Vec3<T>) {
-        self.gravity += by;
-    }
-
     /// With respect to gravity and the rates of damping, in one lane.
     pub(super) fn add_surroundings_in(&mut self, lane: usize, gravity: Vector3<f64>, damping: [f64; 2]) {
         let numbers = self.gravity.0.iter_mut().chain(&mut self.damping);
         numbers.zip(gravity.iter().chain(&damping)).for_each(|(own, by)| add_in(own, lane, *by));
-    }
-
-    pub(super) fn add_mass_in(&mut self, lane: usize, body: usize, by: f64) {
-        add_in(&mut self.masses[body], lane, by);
     }
 
     pub(super) fn add_moments_in(&mut self, lane: usize, body: usize, by: &Vector3<f64>) {

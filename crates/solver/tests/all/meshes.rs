@@ -10,6 +10,7 @@ use rod::{
     RestShape, RigidBody, RodSpec, SolidMesh, State, Surface, shape,
 };
 use solver::formulation::Formulation;
+use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation, Touched};
 use solver::step::Status;
 
@@ -474,7 +475,7 @@ fn left_of_a_vibration(ground: ObstacleShape) -> f64 {
         energy.kinetic + energy.bend - 0.5 * mass * mean.norm_squared()
     };
     let mut settings = Settings::default();
-    settings.step.integrator = solver::integrator::Integrator::Bdf2;
+    settings.step.integrator = Integrator::Bdf2;
     let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
     let begin = own(&state);
     for _ in 0..190 {

@@ -8,12 +8,6 @@ use crate::kernel::lane::Real;
 use crate::kernel::math::Vec3;
 
 impl<T: Real> Multistep<T> {
-    /// A number that is not negative where the step under way goes on from those before.
-    #[inline(always)]
-    pub(in crate::component) fn goes_on(&self) -> T {
-        (-self.ratio).select(T::splat(-1.0), T::splat(1.0))
-    }
-
     /// By how much velocities at the end of the step under way are beyond those over it, as a share of the change since the
     /// last one.
     #[inline(always)]
@@ -21,14 +15,10 @@ impl<T: Real> Multistep<T> {
         self.ratio / (T::splat(1.0) + self.ratio)
     }
 
-    /// By how much the velocity of a segment grew in the step before the one under way [m/s].
-    pub(in crate::component) fn gained(&self, body: usize) -> Vec3<T> {
-        self.now[body].linear - self.earlier[body].linear
-    }
-
-    /// Reciprocal of a segment's mass, without what air adds to it [1/kg].
-    pub(in crate::component) fn inverse_mass(&self, body: usize) -> T {
-        self.bodies[body].inverse_mass
+    /// The part of what velocities gained in the step before that a restart after the step under way adds to those over it.
+    #[inline(always)]
+    pub(in crate::component) fn rest(&self) -> T {
+        self.ratio * T::splat(0.5)
     }
 
     /// Back over [`Multistep::predicted`] in steps of these lengths, this one and the last: to the state, and to the rates of

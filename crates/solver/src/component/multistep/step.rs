@@ -35,7 +35,7 @@ impl<T: Real> Component<T> {
                 share: one,
                 weight: zero,
                 decay: [[one; 2]; 2],
-                gained: vec![Vec3::zero(); self.segments],
+                gained: vec![Spatial::zero(); self.segments],
             })
         });
         let Some(steps) = &mut self.multistep else { return };
@@ -127,9 +127,8 @@ impl<T: Real> Component<T> {
         let further = steps.ratio / (T::splat(1.0) + steps.ratio);
         let now = new.plus(new.plus(old, T::splat(-1.0)), further);
         let kept = Spatial { linear: steps.now[body].linear, angular: steps.over[body] };
-        let gained = Spatial { linear: steps.now[body].linear - steps.earlier[body].linear, angular: Vec3::zero() };
-        let before_last = Spatial { linear: steps.gained[body], angular: Vec3::zero() };
-        steps.gained[body] = select(active, gained, before_last).linear;
+        let gained = steps.now[body].plus(steps.earlier[body], T::splat(-1.0));
+        steps.gained[body] = select(active, gained, steps.gained[body]);
         steps.over[body] = select(active, new, kept).angular;
         steps.earlier[body] = select(active, before, steps.earlier[body]);
         steps.now[body] = select(active, now, steps.now[body]);
@@ -145,23 +144,15 @@ impl<T: Real> Component<T> {
     }
 
     /// Restarts the integrator in the lanes where `active` >= 0: something in the last step, such as an impact, will not go on.
-    /// The next step begins with the velocities over the last one, and with what gravity and loads add in the half of a step to its
-    /// end, as far as bodies followed them in the step before: what rests on a contact or hangs on joints does not.
+    /// The next step begins with the velocities over the last one, which are those in its middle, and with what the smooth forces of
+    /// the step before add in the half of a step to its end: half of what velocities gained in that one.
     pub(crate) fn begin_anew(&mut self, active: T) {
-        let half = self.last_dt * T::splat(0.5);
         let Some(steps) = &mut self.multistep else { return };
         // The velocities over a step of Euler's rule are those at its end already.
-        let rest = (-steps.ratio).select(T::zero(), half);
-        self.scratch.fill(Spatial::zero());
-        for load in &self.loads {
-            self.scratch[load.body].linear += load.force;
-        }
+        let rest = steps.rest();
         for i in 0..self.segments {
-            let constants = &steps.bodies[i];
-            let pull = self.gravity * constants.free + self.scratch[i].linear * constants.inverse_mass;
-            let over = self.velocities[i].linear;
-            let linear = over + followed(pull, steps.gained[i], rest);
-            steps.now[i] = select(active, Spatial { linear, angular: steps.over[i] }, steps.now[i]);
+            let over = Spatial { linear: self.velocities[i].linear, angular: steps.over[i] };
+            steps.now[i] = select(active, over.plus(steps.gained[i], rest), steps.now[i]);
         }
         steps.goes_on = active.select(T::splat(-SETTLING), steps.goes_on);
     }
@@ -215,38 +206,6 @@ impl<T: Real> Component<T> {
         let further = further(steps.own_moments(body), u, end, [steps.now[body].angular, steps.over[body]]);
         Spatial { linear: steps.now[body].linear, angular: over_step + further }
     }
-}
-
-/// What an acceleration `pull` adds over the `rest` of a step, half of it, where a velocity has `gained` so much in a whole one: no
-/// more than half of what it gained along it (a slope limiter, minmod: Roe 1986).
-#[inline(always)]
-fn followed<T: Real>(pull: Vec3<T>, gained: Vec3<T>, rest: T) -> Vec3<T> {
-    pull * follow_time(pull, gained, rest)[1]
-}
-
-/// For how long a velocity follows an acceleration: the time in which it alone would have gained half as much along itself, as it is
-/// and within 0 and `rest`.
-#[inline(always)]
-fn follow_time<T: Real>(pull: Vec3<T>, gained: Vec3<T>, rest: T) -> [T; 2] {
-    let (zero, square) = (T::zero(), pull.norm_squared());
-    let time = (-square).select(zero, gained.dot(pull) * T::splat(0.5) / square);
-    [time, -(-time.max(zero)).max(-rest)]
-}
-
-/// Back over [`followed`]: derivatives with respect to the acceleration and to what was gained.
-#[inline(always)]
-pub(in crate::component) fn followed_back<T: Real>(
-    pull: Vec3<T>,
-    gained: Vec3<T>,
-    rest: T,
-    bar: Vec3<T>,
-) -> [Vec3<T>; 2] {
-    let (zero, [time, limited]) = (T::zero(), follow_time(pull, gained, rest));
-    let is_limited = (time * (time - rest)).select(T::splat(1.0), zero);
-    let of_time =
-        (-pull.norm_squared()).select(zero, pull.dot(bar) / pull.norm_squared()) * (T::splat(1.0) - is_limited);
-    let half = T::splat(0.5);
-    [bar * limited + (gained * half - pull * (time + time)) * of_time, pull * (of_time * half)]
 }
 
 /// What the rate at the end of a step, which turned by about `2 u` to `end`, is beyond that over it: with the angular `momenta`
