@@ -155,10 +155,13 @@ impl ContactWorld {
         let Self { sets, islands, stages, workspaces, shared, .. } = self;
         for (island, workspace) in workspaces[..islands.sizes.len()].iter_mut().enumerate() {
             let first = islands.firsts[island] as usize;
-            let own = &sets[first..first + islands.sizes[island] as usize];
+            let own = &mut sets[first..first + islands.sizes[island] as usize];
             // Where some must take steps of another kind than all of them have been predicted with, all are predicted anew.
             let goes_on = own.iter().filter(|set| set.component.can_go_on()).count();
             workspace.is_begun = goes_on == 0 || goes_on == own.len();
+            if !workspace.is_begun {
+                own.iter_mut().for_each(|set| set.component.roll_back());
+            }
             stages[island].take_search(shared);
         }
         islands.deal(shared, stages);

@@ -52,8 +52,7 @@ pub(super) struct Multistep<T> {
     /// Per segment: moments of inertia about its own axes [kg m^2], and >= 0 where it is a rigid body, a lane each; empty
     /// where none is.
     moments: Vec<(Vec3<T>, T)>,
-    /// 0 where a step goes on from those before; elsewhere less, by the number of steps until then, each of which knows
-    /// velocities at its start, and nothing before.
+    /// 0 where a step goes on from those before, -1 where it knows velocities at its start and nothing before.
     goes_on: T,
     /// Whether the step is one of Euler's rule, whatever is known: what touches takes steps of one kind.
     held_back: bool,

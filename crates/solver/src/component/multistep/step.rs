@@ -13,10 +13,6 @@ use crate::kernel::math::{Quat, Vec3};
 /// of Euler's rule.
 const LARGEST_RATIO: f64 = 2.0 + 1e-6;
 
-/// Steps of Euler's rule after an impact: it damps the waves that are too fast for the time step, which to continue would
-/// feed.
-const SETTLING: f64 = 3.0;
-
 impl<T: Real> Component<T> {
     /// Integrates from here on by a rule; components begin with Euler's. Poses and velocities stay.
     pub fn integrate_by(&mut self, integrator: Integrator) {
@@ -138,8 +134,7 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     pub(in crate::component) fn know_step(&mut self, active: T) {
         if let Some(steps) = &mut self.multistep {
-            let nearer = -(-T::splat(1.0) - steps.goes_on).max(T::zero());
-            steps.goes_on = active.select(nearer, steps.goes_on);
+            steps.goes_on = active.select(T::zero(), steps.goes_on);
         }
     }
 
@@ -154,7 +149,7 @@ impl<T: Real> Component<T> {
             let over = Spatial { linear: self.velocities[i].linear, angular: steps.over[i] };
             steps.now[i] = select(active, over.plus(steps.gained[i], rest), steps.now[i]);
         }
-        steps.goes_on = active.select(T::splat(-SETTLING), steps.goes_on);
+        steps.goes_on = active.select(T::splat(-1.0), steps.goes_on);
     }
 
     /// Forgets the steps before, so that the next one is of Euler's rule.
