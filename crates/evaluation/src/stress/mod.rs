@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use rod::{Model, measure};
 use serde::{Deserialize, Serialize};
-use solver::formulation::Formulation;
+use solver::formulation::{Formulation, Tangent};
 use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
 use solver::step::{Status, StepParams};
 
@@ -63,6 +63,7 @@ pub fn settings(formulation: Formulation) -> Settings {
     let [relative_tolerance, absolute_tolerance] = [RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE];
     let step = StepParams {
         formulation,
+        tangent: Tangent::Auto,
         relative_tolerance,
         motion_tolerance: relative_tolerance,
         absolute_tolerance,

@@ -152,6 +152,13 @@ impl<T: Real> Component<T> {
         }
     }
 
+    /// Goes on from the steps before as a step did that began so: by Euler's rule where that restarted.
+    pub(crate) fn go_on_like(&mut self, begin: &Begin) {
+        if let (Some(own), Some(from)) = (&mut self.multistep, &begin.steps) {
+            own.go_on_like(from);
+        }
+    }
+
     /// Goes back to where a step began in one lane.
     pub(crate) fn begin_lane_at(&mut self, lane: usize, begin: &Begin) {
         for (own, pose) in self.poses.iter_mut().zip(begin.poses.iter()) {

@@ -52,7 +52,8 @@ pub(super) struct Multistep<T> {
     /// Per segment: moments of inertia about its own axes [kg m^2], and >= 0 where it is a rigid body, a lane each; empty
     /// where none is.
     moments: Vec<(Vec3<T>, T)>,
-    /// 0 where a step goes on from those before, -1 where it knows velocities at its start and nothing before.
+    /// 0 where a step goes on from those before; elsewhere less, by the number of steps until then, each of which knows
+    /// velocities at its start, and nothing before.
     goes_on: T,
     /// Whether the step is one of Euler's rule, whatever is known: what touches takes steps of one kind.
     held_back: bool,
@@ -222,6 +223,11 @@ impl<T: Real> Multistep<T> {
         let all = |of: &[Spatial<T>]| of.iter().map(|x| pick_spatial(x, lane)).collect::<Vec<_>>();
         let over = self.over.iter().map(|x| pick(*x, lane)).collect();
         StepsBefore { now: all(&self.now), earlier: all(&self.earlier), over, goes_on: self.goes_on.lane(lane) }
+    }
+
+    /// Goes on from the steps before, or not, as a step did that knew so much.
+    pub(super) fn go_on_like(&mut self, before: &StepsBefore) {
+        self.goes_on = T::splat(before.goes_on);
     }
 
     /// Takes it over, as constants.

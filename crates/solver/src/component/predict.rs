@@ -1,6 +1,7 @@
 //! Prediction (lines 1 to 5 of Algorithm 1) and the free rotation of a segment.
 
 use super::constants::BodyConstants;
+use super::parts::select;
 use super::turns::angular_momentum;
 use super::{BodyPose, Component};
 use crate::formulation::Formulation;
@@ -64,17 +65,23 @@ impl<T: Real> Component<T> {
             let kept = [one + (decay[0] - one) * free, one + (decay[1] - one) * free];
             let (rate, last_half) = if is_other { self.variable(i, last_half) } else { (old.angular, last_half) };
             let w = pose.q.rotate_back(rate);
-            let (mut v, mut m) = match &self.multistep {
-                // What is held goes on at its own velocity.
-                Some(steps) if free.lane(0) != 0.0 => {
+            let euler = |kept: [T; 2]| Spatial {
+                linear: old.linear * kept[0],
+                angular: angular_momentum(constants.inertia(w), w * last_half) * kept[1],
+            };
+            let start = match &self.multistep {
+                None => euler(kept),
+                Some(steps) => {
                     let Spatial { linear, angular } = steps.predicted(i, old.linear);
                     let Vec3([x, y, z]) = pose.q.rotate_back(angular);
                     // What air adds to the inertia takes part in the motion from here on.
                     let heavier = constants.transverse / steps.transverse(i);
-                    (linear, Vec3([x * heavier, y * heavier, z]))
+                    let free_motion = Spatial { linear, angular: Vec3([x * heavier, y * heavier, z]) };
+                    // What is held goes on at its own velocity.
+                    if free == one { free_motion } else { select(free - one, free_motion, euler(kept)) }
                 }
-                _ => (old.linear * kept[0], angular_momentum(constants.inertia(w), w * last_half) * kept[1]),
             };
+            let (mut v, mut m) = (start.linear, start.angular);
             v += self.gravity * (pushed * free);
             if !self.loads.is_empty() {
                 v += self.scratch[i].linear * (pushed * constants.inverse_mass);

@@ -159,6 +159,7 @@ impl Forward {
 
 impl Set {
     fn advance(&mut self, passed: &Passed) -> Option<()> {
+        self.replay.component.go_on_like(&passed.substep.begin);
         self.replay.linearise(&[&passed.substep])?;
         for chunk in &mut self.chunks {
             chunk.advance(passed, &self.members, &mut self.replay);
@@ -174,6 +175,7 @@ impl Set {
 impl Chunk {
     fn advance(&mut self, Passed { substep, step, shares }: &Passed, members: &Members, replay: &mut Replay<f64>) {
         let Self { component, variations, held, obstacles, field, bodies, joints, .. } = self;
+        component.go_on_like(&substep.begin);
         component.set_forces(substep.interval.time + substep.interval.dt);
         for (k, variation) in variations.iter().enumerate() {
             component.seed_forces(k, variation);

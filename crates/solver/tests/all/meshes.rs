@@ -109,7 +109,7 @@ pub(crate) fn sharp() -> Settings {
     let mut settings = Settings::default();
     settings.step.formulation = Formulation::Newton;
     settings.step.integrator = Integrator::Euler;
-    settings.step.contact_tolerance = 1e-6;
+    settings.step.contact_tolerance = 1e-7;
     settings
 }
 

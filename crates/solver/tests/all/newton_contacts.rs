@@ -110,7 +110,7 @@ fn exact_steps_with_contacts_are_those_of_the_positive_matrix_in_fewer_iteration
     let run = |tangent| {
         let mut settings = settings(Formulation::Newton, SolverKind::Direct);
         settings.step.tangent = tangent;
-        settings.step.contact_tolerance = 1e-7;
+        settings.step.contact_tolerance = 1e-8;
         let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
         for step in 0..60 {
             let status = simulation.step(0.01).unwrap().status;

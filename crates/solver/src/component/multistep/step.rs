@@ -13,6 +13,9 @@ use crate::kernel::math::{Quat, Vec3};
 /// of Euler's rule.
 const LARGEST_RATIO: f64 = 2.0 + 1e-6;
 
+/// Steps of Euler's rule after an impact. The first one still ends it: it begins with velocities from its midst, on which no second order may build.
+const RESTART_STEPS: f64 = 2.0;
+
 impl<T: Real> Component<T> {
     /// Integrates from here on by a rule; components begin with Euler's. Poses and velocities stay.
     pub fn integrate_by(&mut self, integrator: Integrator) {
@@ -134,7 +137,8 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     pub(in crate::component) fn know_step(&mut self, active: T) {
         if let Some(steps) = &mut self.multistep {
-            steps.goes_on = active.select(T::zero(), steps.goes_on);
+            let nearer = -(-T::splat(1.0) - steps.goes_on).max(T::zero());
+            steps.goes_on = active.select(nearer, steps.goes_on);
         }
     }
 
@@ -149,7 +153,7 @@ impl<T: Real> Component<T> {
             let over = Spatial { linear: self.velocities[i].linear, angular: steps.over[i] };
             steps.now[i] = select(active, over.plus(steps.gained[i], rest), steps.now[i]);
         }
-        steps.goes_on = active.select(T::splat(-1.0), steps.goes_on);
+        steps.goes_on = active.select(T::splat(-RESTART_STEPS), steps.goes_on);
     }
 
     /// Forgets the steps before, so that the next one is of Euler's rule.
