@@ -110,6 +110,7 @@ pub(crate) fn sharp() -> Settings {
     settings.step.formulation = Formulation::Newton;
     settings.step.integrator = Integrator::Euler;
     settings.step.contact_tolerance = 1e-7;
+    settings.step.contact.slip_direction_tolerance = 1e-3;
     settings
 }
 
