@@ -41,8 +41,8 @@ fn check_newton(rows: &[CaseRun]) -> Vec<&str> {
     let gains = thrown.energy_rise.is_none_or(|rise| rise > 1e-6);
     assert!(thrown.finite && !gains && thrown.length_drift <= 1e-3, "{thrown:?}");
     for row in rows.iter().filter(|row| stands(row)) {
-        // Where there are contacts, the rods' own constraints are solved to a hundredth of their tolerance.
-        let tolerance = if row.worst_contact.is_some() { 1e-5 } else { 1e-6 };
+        // Where there are contacts, bodies may still move by a hundredth of a radius.
+        let tolerance = if row.worst_contact.is_some() { 1e-4 } else { 1e-6 };
         assert!(row.steps > 0 && row.worst_stretch <= tolerance && row.worst_bend <= tolerance, "{row:?}");
         // In radii.
         let contact = StepParams::DEFAULT.contact_tolerance;

@@ -263,7 +263,7 @@ fn all_that_moves_on_alike_is_at_rest() {
         let (mut model, mut state) = assembly.finish();
         let shapes = [&drum, &plane, &ball].map(Clone::clone);
         model.contacts.obstacles = shapes.map(|shape| steady(shape, surface, v, Vector3::zeros())).into();
-        state.velocities.iter_mut().for_each(|own| *own += v + Vector3::new(0.5, 0.2, -0.5));
+        state.velocities.iter_mut().for_each(|own| *own += v + Vector3::new(0.5, 0.2, -0.45));
         (model, state)
     };
     let mut settings = sharp();

@@ -46,7 +46,7 @@ fn on_obstacle(assembly: &mut Assembly, shape: ObstacleShape, friction: f64) {
 /// A cantilever falls, and its tip comes to slide over the ground.
 fn tip_on_ground() -> Case {
     let mut assembly = assembly();
-    let own = rod(&mut assembly, [0.0, 0.0, 0.03], Vector3::x(), 0.5);
+    let own = rod(&mut assembly, [0.0, 0.0, 0.032], Vector3::x(), 0.5);
     assembly.clamp_start(&own);
     let (segment, force) = (own.end - 2, Vector3::new(0.05, 0.03, -0.02));
     let load = Load { segment, offset: 0.0, force, torque: Vector3::zeros() };
