@@ -62,10 +62,7 @@ fn newton_stands_every_case_but_one_and_says_so() {
 #[test]
 fn so_it_does_with_the_second_order() {
     let rows = table(Formulation::Newton, Integrator::Bdf2);
-    assert_eq!(
-        check_newton(&rows),
-        ["mass ratio 1e6, light end", "slack helix, dt = 0.1 s", "70-rod tree, wind of 60 m/s"]
-    );
+    assert_eq!(check_newton(&rows), ["mass ratio 1e6, light end", "slack helix, dt = 0.1 s"]);
 }
 
 /// The paper's formulation, without geometric stiffness, shows that the table tells one from the other.
