@@ -43,14 +43,12 @@ pub(crate) struct Touch {
     pub(crate) corrections: Vec<Spatial<f64>>,
     /// How far its bodies have moved, one entry a body.
     pub(crate) ways: Vec<MotionBounds>,
-    /// Energy in its joints at the end of the last step [J]; not a number where it is not known.
-    pub(crate) stored: f64,
 }
 
 impl Touch {
     /// What contacts need of set `number`, before its first step.
     pub(crate) fn new(number: u32, response: Compliance) -> Self {
-        Self { number, response, sides: Vec::new(), corrections: Vec::new(), ways: Vec::new(), stored: f64::NAN }
+        Self { number, response, sides: Vec::new(), corrections: Vec::new(), ways: Vec::new() }
     }
 }
 
@@ -150,10 +148,9 @@ impl ConnectedSet {
     /// Shows a visitor the component and what its guess and the choice of its tangent have learned; solvers and predictions have no memory.
     pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         self.component.visit_state(visitor);
-        if let Some(touch) = &mut self.touch {
+        if self.touch.is_some() {
             // Tells its snapshots from those without what follows.
             visitor.size(6);
-            visitor.number(&mut touch.stored);
         }
         visitor.size(usize::from(self.tangents.is_some()));
         if let Some(tangents) = &mut self.tangents {

@@ -73,18 +73,12 @@ pub struct ContactParams {
     /// In a formulation with momentum residual, how far a surface may be off when a step ends, relative to the contact tolerance.
     /// Larger: fewer iterations, and forces less exact.
     pub motion_tolerance: f64,
-    /// A step is given up where its error is so many times the least so far. Smaller: steps are halved sooner.
-    pub divergence_ratio: f64,
     /// Outer iterations after which a step's error must have been below [`ContactParams::max_error`], else it is halved. Smaller:
     /// sooner, also steps that would find back.
     pub max_error_after: usize,
     /// Error of a step that goes astray \[radii\]: linearised contacts say nothing of bodies that far off. Larger: steps are
     /// halved later. Smaller: also steps that come to their end slowly.
     pub max_error: f64,
-    /// A step that is solved is halved all the same where bodies that contacts press win more energy than contacts' tolerance
-    /// explains, by so much of their kinetic energy at its start: no more than gravity and loads do work there. Larger:
-    /// energy may rise in impacts. Smaller: more steps are halved.
-    pub max_energy_gain: f64,
 }
 
 /// A contact parameter outside of what is allowed.
@@ -126,10 +120,8 @@ impl ContactParams {
         max_blocks: 8_000_000,
         joint_tolerance: 0.01,
         motion_tolerance: 10.0,
-        divergence_ratio: 1e4,
         max_error_after: 4,
         max_error: 0.3,
-        max_energy_gain: 0.02,
     };
 
     /// Checks every number.
@@ -159,17 +151,13 @@ impl ContactParams {
             ("sweep_tolerance", self.sweep_tolerance),
             ("sweep_reduction", self.sweep_reduction),
             ("place_hysteresis", self.place_hysteresis),
-            ("max_energy_gain", self.max_energy_gain),
             ("newton_damping_decrease", self.newton_damping_decrease),
         ];
         for (name, value) in shares {
             check(name, value, value > 0.0 && value < 1.0, "> 0 and < 1")?;
         }
-        for (name, value) in
-            [("newton_damping_increase", self.newton_damping_increase), ("divergence_ratio", self.divergence_ratio)]
-        {
-            check(name, value, value > 1.0, "finite and > 1")?;
-        }
+        let increase = self.newton_damping_increase;
+        check("newton_damping_increase", increase, increase > 1.0, "finite and > 1")?;
         let counts = [
             ("max_sweeps", self.max_sweeps),
             ("sweeps_before_newton", self.sweeps_before_newton),
@@ -199,12 +187,11 @@ mod tests {
     fn the_default_is_valid_and_each_mistake_is_named() {
         type Change = (&'static str, fn(&mut ContactParams));
         ContactParams::DEFAULT.validate().unwrap();
-        let mistakes: [Change; 8] = [
+        let mistakes: [Change; 7] = [
             ("search_room", |p| p.search_room = 0.0),
             ("active_gap", |p| p.active_gap = f64::NAN),
             ("release_speed", |p| p.release_speed = f64::INFINITY),
             ("parallel", |p| p.parallel = 1.0),
-            ("divergence_ratio", |p| p.divergence_ratio = 0.5),
             ("max_sweeps", |p| p.max_sweeps = 0),
             ("initial_newton_damping", |p| p.initial_newton_damping = 1e-7),
             ("max_newton_damping", |p| p.max_newton_damping = 1e-6),

@@ -2,8 +2,7 @@
 
 use cosserat::prelude::*;
 
-/// Two rods of a metre cross at 15 m/s. What is left of the momentum residual as they turn would add a quarter to their energy in
-/// the impact's own step.
+/// Two rods of a metre cross at 15 m/s.
 #[test]
 fn colliding_rods_gain_no_energy() {
     let rubber = Material { youngs_modulus: 1e7, torsion_modulus: 4e6, density: 1000.0 };
@@ -19,13 +18,9 @@ fn colliding_rods_gain_no_energy() {
     }
     for (restitution, dt) in [(0.0, 0.01), (0.5, 0.002), (0.5, 0.005), (0.5, 0.01)] {
         model.contacts.between_segments = Some(Surface { friction: Friction::new(0.4), restitution });
-        for (formulation, integrator) in [
-            (Formulation::Xpbd, Integrator::Euler),
-            (Formulation::Newton, Integrator::Euler),
-            (Formulation::Newton, Integrator::Bdf2),
-        ] {
+        for integrator in Integrator::ALL {
             let mut settings = Settings::default();
-            (settings.step.formulation, settings.step.integrator) = (formulation, integrator);
+            settings.step.integrator = integrator;
             let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
             let (mut now, mut before) = (state.clone(), measure::energy(&model, &state).total());
             let (start, mut highest) = (before, 0.0_f64);
@@ -39,7 +34,7 @@ fn colliding_rods_gain_no_energy() {
             }
             let (retries, kept) = (simulation.counters().retries, before / start);
             println!(
-                "restitution {restitution}, {dt} s, {formulation}, {integrator}: at most {highest:.4} of the step before, {kept:.3} kept, {retries} halved"
+                "restitution {restitution}, {dt} s, {integrator}: at most {highest:.4} of the step before, {kept:.3} kept, {retries} halved"
             );
             assert!(simulation.counters().contact_solves > 0);
             assert!(highest < 1.02 && kept < 1.0, "{highest} {kept}");

@@ -13,6 +13,9 @@ use solver::step::{Status, StepParams};
 use crate::law::{Law, Violation};
 use crate::step::Step;
 
+/// Share of their kinetic energy that bodies which contacts press may gain in a step.
+const IN_CONTACT: f64 = 0.02;
+
 /// Rounding of sums of energies.
 const ROUNDING: f64 = 1e-9;
 
@@ -267,9 +270,8 @@ impl EnergyBalance {
         // Rates stand for the discrete momenta of turns to second order.
         let mut fluctuation = 0.25 * turned.min(1.0).powi(2) * (old.turning + new.turning);
         let mut changing = 0.0;
-        // In bodies that contacts press, by so much of the kinetic energy (docs/contacts.md).
         if !model.contacts.is_empty() {
-            fluctuation += StepParams::DEFAULT.contact.max_energy_gain * old.kinetic;
+            fluctuation += IN_CONTACT * old.kinetic;
         }
         if !step.is_euler() {
             let change = |i: usize| (after.velocities[i] - before.velocities[i]).norm_squared();

@@ -43,7 +43,12 @@ fn socket(port: &str, token: &str) -> WebSocket<TcpStream> {
 fn wait_until(viewer: &mut WebSocket<TcpStream>, time: f64) {
     let begin = Instant::now();
     while begin.elapsed() < PATIENCE {
-        if let Message::Binary(frame) = viewer.read().expect("a message")
+        let message = match viewer.read() {
+            // A signal to this process is no message.
+            Err(tungstenite::Error::Io(error)) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+            message => message.expect("a message"),
+        };
+        if let Message::Binary(frame) = message
             && f64::from_le_bytes(frame[16..24].try_into().expect("eight bytes")) >= time
         {
             return;

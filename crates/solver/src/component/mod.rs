@@ -11,7 +11,6 @@ mod begin;
 mod constants;
 mod derivative;
 mod drag;
-mod energy;
 mod equilibrium;
 mod evaluate;
 mod external_impulses;

@@ -16,11 +16,8 @@ use crate::kernel::dispatch::vectorized;
 use crate::team::pieces::{Pieces, Taken};
 use crate::team::{self, Team};
 
-/// Sweeps up to which force moves within redundant pairs, in a problem of few contacts and in a large one. What takes more is held up by more
-/// than they are: force would go to and fro between them.
-const MOVING: [usize; 2] = [6, 40];
-/// Contacts from which on a problem is large.
-const LARGE: usize = 512;
+/// Sweeps up to which force moves within redundant pairs. What takes more is held up by more than they are: force would go to and fro between them.
+const MOVING: usize = 6;
 /// Rounds that do not halve the residual after which [`ENOUGH`] will do.
 const STALLED: usize = 6;
 /// What is good enough then, in tolerances: the next linearisation sees it, and goes on from there.
@@ -197,7 +194,6 @@ impl Field<'_> {
         sweeps: &mut usize,
         (mark, rounds_since): (&mut f64, &mut usize),
     ) -> End {
-        let moving = MOVING[usize::from(self.partition.contacts() >= LARGE)];
         let is_over = |sweeps: usize, change: f64| change <= goal.tolerance || sweeps >= goal.most;
         loop {
             self.upwards(team, Work::Forwards);
@@ -205,7 +201,7 @@ impl Field<'_> {
             if is_over(*sweeps, self.worst()) {
                 return End::Done;
             }
-            if *sweeps < moving {
+            if *sweeps < MOVING {
                 self.upwards(team, Work::RedundantPair);
             }
             for level in (0..=self.partition.depth()).rev() {

@@ -179,6 +179,22 @@ impl IslandContacts {
         })
     }
 
+    /// Writes the impulses with which contacts begin the step to the components' `pushes`.
+    pub(crate) fn press_as_before(&mut self, shared: &Shared, components: &mut Sets<'_>) {
+        let shapes = shared.detector.shapes();
+        self.active.clear();
+        for component in components.iter_mut() {
+            component.component.pushes.fill(Spatial::zero());
+        }
+        for (k, contact) in self.contacts.iter_mut().enumerate() {
+            contact.impulse = contact.world(contact.guess);
+            if contact.impulse != Vec3::zero() {
+                self.active.push(k as u32);
+                push(contact, shapes, components, contact.impulse, |component| &mut component.pushes);
+            }
+        }
+    }
+
     /// Keeps the corrections of the rods' own solution in `dlambda`, for [`IslandContacts::is_far`] and [`IslandContacts::solve`].
     pub(crate) fn keep_corrections(&mut self, shared: &Shared, components: &mut Sets<'_>, formulation: Formulation) {
         if self.contacts.is_empty() {
@@ -194,22 +210,6 @@ impl IslandContacts {
             }
         }
         culling::note_corrections(&self.search.segments, shared.detector.shapes(), components);
-    }
-
-    /// Writes the impulses with which contacts begin the step to the components' `pushes`.
-    pub(crate) fn press_as_before(&mut self, shared: &Shared, components: &mut Sets<'_>) {
-        let shapes = shared.detector.shapes();
-        self.active.clear();
-        for component in components.iter_mut() {
-            component.component.pushes.fill(Spatial::zero());
-        }
-        for (k, contact) in self.contacts.iter_mut().enumerate() {
-            contact.impulse = contact.world(contact.guess);
-            if contact.impulse != Vec3::zero() {
-                self.active.push(k as u32);
-                push(contact, shapes, components, contact.impulse, |component| &mut component.pushes);
-            }
-        }
     }
 
     /// Finds the contacts anew; those that were found before keep their impulses.
@@ -406,20 +406,6 @@ impl IslandContacts {
     /// The largest error of any contact at the poses evaluated last, relative to the smaller radius.
     pub(crate) fn worst(&self) -> f64 {
         self.contacts.iter().map(|contact| contact.residual).fold(0.0, f64::max)
-    }
-
-    /// Energy that contacts may give within their `tolerance` [J]; `None` where nothing presses, or they do work of their own:
-    /// with obstacles that move, and where overlaps at the start are let out.
-    pub(crate) fn slack(&self, shared: &Shared, tolerance: f64) -> Option<f64> {
-        let mut slack = None;
-        for contact in self.contacts.iter().filter(|contact| contact.impulse != Vec3::zero()) {
-            if contact.target < 0.0 || shared.detector.moves(contact.key.1) {
-                return None;
-            }
-            let force = contact.impulse.norm_squared().sqrt() / contact.effective_dt.powi(2);
-            *slack.get_or_insert(0.0) += force * tolerance * contact.radius.min(self.unit);
-        }
-        slack
     }
 
     /// Forgets all impulses, as far as a step taken back is concerned.

@@ -428,11 +428,6 @@ impl NarrowPhase {
         }
     }
 
-    /// Whether it is an obstacle that moves.
-    pub(crate) fn moves(&self, partner: Partner) -> bool {
-        partner.obstacle().is_some_and(|i| !self.obstacles[i as usize].stands())
-    }
-
     /// Whether bodies may overlap at the start.
     pub(crate) fn allows_overlap(&self) -> bool {
         self.allow_overlap

@@ -251,23 +251,6 @@ impl Island<'_> {
         self.sets.iter().map(|set| set.ended(status)).max().unwrap_or(status)
     }
 
-    /// Whether the step under way, which is solved, gives the island energy: where segments turn far in a step, what is left of
-    /// the momentum residual may do so. Shorter steps leave less of it.
-    fn gains_energy(&self, params: &StepParams) -> bool {
-        let Some(slack) = self.stage.slack(self.shared, params.contact_tolerance) else { return false };
-        if params.max_halvings == 0 || self.sets.iter().any(|set| set.component.has_other_work()) {
-            return false;
-        }
-        let (mut kinetic, mut gain) = (0.0, 0.0);
-        for set in self.sets.iter() {
-            let [before, won] = set.component.kinetic_and_won();
-            kinetic += before;
-            gain += won + set.component.stored() - set.touch.as_ref().map_or(f64::NAN, |touch| touch.stored);
-        }
-        // Nothing is refused where what the joints held before is not known.
-        gain > slack + params.contact.max_energy_gain * kinetic
-    }
-
     fn mark_pushed(&mut self) {
         let Self { shared, sets, stage, .. } = self;
         for set in sets.iter_mut() {
@@ -353,8 +336,7 @@ impl Steps for Island<'_> {
                 break;
             }
             best = best.min(now);
-            let mut is_lost = now.is_finite() && now > params.contact.divergence_ratio * best;
-            is_lost |= !is_last
+            let is_lost = !is_last
                 && iteration >= params.contact.max_error_after
                 && best * params.contact_tolerance > params.contact.max_error;
             if is_lost || !may_go_on(iteration, now, before, params) {
@@ -381,8 +363,7 @@ impl Steps for Island<'_> {
             correction = self.judge(correction);
         }
         let own = self.sets.iter().map(|set| set.attempt.status(0)).max().unwrap_or(Status::Converged);
-        let is_refused = self.stage.turns_too_far(self.shared) || self.gains_energy(params);
-        if is_refused { own.max(Status::OutOfIterations) } else { own }
+        if self.stage.turns_too_far(self.shared) { own.max(Status::OutOfIterations) } else { own }
     }
 
     fn is_guessed(&self) -> bool {
@@ -429,9 +410,6 @@ impl Steps for Island<'_> {
             self.workspace.substeps.extend(Substep::of_all(self.sets.as_slice(), whole, touching, begins_anew));
         }
         for set in self.sets.iter_mut() {
-            if let Some(touch) = &mut set.touch {
-                touch.stored = if status == Status::Converged { set.component.stored() } else { f64::NAN };
-            }
             finish(&mut set.component, params.formulation, 1.0, &mut set.counters);
             if begins_anew {
                 set.component.begin_anew(1.0);
