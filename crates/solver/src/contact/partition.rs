@@ -132,11 +132,6 @@ impl Partition {
         self.contacts[node]..self.contacts[node + 1]
     }
 
-    /// How many contacts there are.
-    pub(crate) fn contacts(&self) -> usize {
-        self.contacts.last().copied().unwrap_or(0)
-    }
-
     /// Where each node's own contacts begin, and the end.
     pub(crate) fn contact_cuts(&self) -> &[usize] {
         &self.contacts

@@ -19,6 +19,10 @@ use crate::start::NoGuess;
 use crate::step::{Interval, Status, StepParams};
 use crate::step_control::{self, Steps};
 
+/// Error of contacts \[radii\] at which an attempt is given up before it is solved for thousands of contacts of bodies that have been flung into each
+/// other. Without it one in eight heaps of 20 cables takes ten times as long (seed 4: 5.8 s for 0.5 s).
+const DIVERGED: f64 = 1e3;
+
 /// What an island keeps besides its sets, and hands on to another one in the next step.
 #[derive(Default)]
 pub(super) struct IslandWorkspace {
@@ -336,9 +340,10 @@ impl Steps for Island<'_> {
                 break;
             }
             best = best.min(now);
-            let is_lost = !is_last
-                && iteration >= params.contact.max_error_after
-                && best * params.contact_tolerance > params.contact.max_error;
+            let is_lost = contact > DIVERGED
+                || !is_last
+                    && iteration >= params.contact.max_error_after
+                    && best * params.contact_tolerance > params.contact.max_error;
             if is_lost || !may_go_on(iteration, now, before, params) {
                 return Status::OutOfIterations;
             }
