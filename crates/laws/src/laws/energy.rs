@@ -13,9 +13,6 @@ use solver::step::{Status, StepParams};
 use crate::law::{Law, Violation};
 use crate::step::Step;
 
-/// Share of their kinetic energy that bodies which contacts press may gain in a step.
-const IN_CONTACT: f64 = 0.02;
-
 /// Rounding of sums of energies.
 const ROUNDING: f64 = 1e-9;
 
@@ -270,8 +267,9 @@ impl EnergyBalance {
         // Rates stand for the discrete momenta of turns to second order.
         let mut fluctuation = 0.25 * turned.min(1.0).powi(2) * (old.turning + new.turning);
         let mut changing = 0.0;
+        // What contacts press may gain by so much of its kinetic energy.
         if !model.contacts.is_empty() {
-            fluctuation += IN_CONTACT * old.kinetic;
+            fluctuation += 0.02 * old.kinetic;
         }
         if !step.is_euler() {
             let change = |i: usize| (after.velocities[i] - before.velocities[i]).norm_squared();
