@@ -86,10 +86,9 @@ fn with_bdf2_a_small_swing_loses_what_its_modes_lose() -> Result<(), Box<dyn Err
     };
     let expected: f64 = zeros.into_iter().map(of_mode).sum();
     // Plain `xpbd` breaks the balance of momentum of a taut chain by more than that.
-    for formulation in [Formulation::Newton] {
-        let lost = lost((Integrator::Bdf2, formulation), 5.0, dt)?;
-        assert!((lost - expected).abs() < 0.3 * expected, "{formulation}: {lost} for {expected}");
-    }
+    let formulation = Formulation::Newton;
+    let lost = lost((Integrator::Bdf2, formulation), 5.0, dt)?;
+    assert!((lost - expected).abs() < 0.3 * expected, "{formulation}: {lost} for {expected}");
     Ok(())
 }
 

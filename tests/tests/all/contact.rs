@@ -211,8 +211,8 @@ fn a_fast_thin_rod_does_not_pass_through_another() {
 #[test]
 fn two_free_rods_collide_and_keep_their_momentum() {
     let beam = Beam::rubber(15);
-    let cases = [0.0, 0.5].into_iter().flat_map(|e| [Formulation::Newton].map(|f| (e, f)));
-    for (restitution, formulation) in cases {
+    let formulation = Formulation::Newton;
+    for restitution in [0.0, 0.5] {
         let mut assembly = Assembly::new(Vector3::zeros());
         let first = assembly.rod(&beam.spec(Vector3::zeros(), Vector3::x()));
         assembly.rod(&beam.spec(Vector3::new(0.43, -0.5, 0.2), Vector3::new(0.1, 1.0, 0.0)));
