@@ -6,10 +6,10 @@ use rod::{
     Assembly, BodyShape, Contacts, Friction, Load, Material, Model, Obstacle, ObstacleShape, Pose, RigidBody, RodSpec,
     State, Surface, measure, shape,
 };
-use solver::formulation::Formulation;
+use solver::formulation::{Formulation, Tangent};
 use solver::integrator::Integrator;
 use solver::simulation::{Settings, Simulation};
-use solver::step::Status;
+use solver::step::{Status, StepParams};
 
 use crate::bodies::{self, brick};
 use crate::dynamics::flying;
@@ -431,9 +431,11 @@ fn turning(rate: f64, length: f64, dt: f64, rest: &str) -> scene::Scene {
     scene::parse(&text, "turning.toml").unwrap()
 }
 
-/// The state after so long [s] with the default settings.
+/// The state after so long [s] with the settings that programs have by default.
 fn by_default(scene: &scene::Scene, duration: f64) -> State {
-    run(&scene.model, &scene.state, &Settings::default(), scene.run.dt, (duration / scene.run.dt).round() as usize).1
+    let settings =
+        Settings { step: StepParams { tangent: Tangent::Auto, ..StepParams::DEFAULT }, ..Settings::default() };
+    run(&scene.model, &scene.state, &settings, scene.run.dt, (duration / scene.run.dt).round() as usize).1
 }
 
 /// Euler's rule leaves 2.6 m/s of 4.9 at 20 ms.
