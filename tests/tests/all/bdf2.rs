@@ -462,7 +462,9 @@ fn a_beam_that_is_turned_is_straight_by_default() {
         rate / speeding * (0.5 * s * s + ((period * s).cos() - 1.0) / period.powi(2)) + rate * (t - s)
     };
     let keys: Vec<f64> = (0..=220).map(|k| 0.1 * f64::from(k)).collect();
-    let turns: Vec<String> = keys.iter().map(|&t| format!("[0, 0, {}]", turn(t).to_degrees())).collect();
+    // Each from the one before.
+    let by = |&t: &f64| turn(t) - turn((t - 0.1).max(0.0));
+    let turns: Vec<String> = keys.iter().map(|t| format!("[0, 0, {}]", by(t).to_degrees())).collect();
     let rest = format!(
         "radius_m = 0.05\nstretch = \"physical\"\nsection.stiffness = {{ bending_n_m2 = [1.4e4, 1.4e4], torsion_n_m2 = 1.4e4, \
          mass_kg_m = {line_density}, polar_inertia_kg_m = 1.2e-3, stretch_n = {stretch}, shear_n = 1e7 }}\n\
