@@ -16,8 +16,8 @@
 //!
 //! A segment is a symmetric top, whose angular momentum about its axis no torque across it changes. World axes do not keep
 //! that from step to step: as the axis tilts, a part of the momentum across it in the steps before lies along it, and a thin
-//! segment, which is light to spin, would take it for a spin of its own, many times that which it has. The `xpbd`
-//! formulations, which have the spin from the poses, therefore carry the share along the axis on as it was. `newton` does
+//! segment, which is light to spin, would take it for a spin of its own, many times that which it has. `xpbd`,
+//! which has the spin from the poses, therefore carries the share along the axis on as it was. `newton` does
 //! not: it balances world vectors, and so the angular momentum of a whole rod, to second order.
 //!
 //! Velocities of Algorithm 1 remain those over the last step; those at its end are kept here.
