@@ -164,7 +164,7 @@ impl<T: Real> Component<T> {
     /// Forgets the steps before in a lane: velocities at the start of the next step are all there is.
     pub(in crate::component) fn forget_steps(&mut self, lane: usize) {
         if let Some(steps) = &mut self.multistep {
-            steps.goes_on.set_lane(lane, -1.0);
+            steps.goes_on.set_lane(lane, steps.goes_on.lane(lane).min(-1.0));
         }
     }
 
