@@ -25,9 +25,9 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         dt: number_or(&file.run.dt_s, defaults::DT, |v| source.positive(v, "s"))?,
         steps: file.run.steps.as_ref().map_or(Ok(defaults::STEPS), |v| source.count(v, 1, 1_000_000_000))?,
         every: file.run.every.as_ref().map_or(Ok(1), |v| source.count(v, 1, 1_000_000_000))?,
-        integrator: file.run.integrator.map(|rule| match rule {
-            format::Rule::Euler => Integrator::Euler,
-            format::Rule::Bdf2 => Integrator::Bdf2,
+        integrator: file.run.integrator.map(|named| match named {
+            format::Integrator::Euler => Integrator::Euler,
+            format::Integrator::Bdf2 => Integrator::Bdf2,
         }),
     };
     let from = file.run.from.as_ref().map(|from| origin(source, from)).transpose()?;

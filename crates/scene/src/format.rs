@@ -70,13 +70,13 @@ pub(crate) struct Run {
     pub(crate) every: Option<Count>,
     pub(crate) from: Option<Spanned<String>>,
     pub(crate) begin: Option<Spanned<Beginning>>,
-    pub(crate) integrator: Option<Rule>,
+    pub(crate) integrator: Option<Integrator>,
 }
 
 /// The rule that integrates the motion.
 #[derive(Clone, Copy, Deserialize, PartialEq)]
 #[serde(rename_all = "lowercase")]
-pub(crate) enum Rule {
+pub(crate) enum Integrator {
     Euler,
     Bdf2,
 }
