@@ -1,6 +1,6 @@
 //! How contacts are found and solved, in numbers.
 
-use thiserror::Error;
+use friction::{ParamsError, SolverParams};
 
 /// The parameters of contacts. Lengths are in radii: those of the smaller body of a contact, or of the segment itself.
 ///
@@ -33,37 +33,12 @@ pub struct ContactParams {
     /// Speed at which bodies that overlap at the start, where [`rod::Contacts::allow_overlap`] allows it, are moved apart
     /// \[radii/s\]. Larger: the overlap is gone sooner. Smaller: less energy.
     pub release_speed: f64,
-    /// Gauss-Seidel sweeps of a complementarity problem, at most. Smaller: problems that sweeps are slow at are left to the
-    /// next outer iteration.
-    pub max_sweeps: usize,
+    /// How the impulses of contacts are found.
+    pub solver: SolverParams,
     /// Error at which the sweeps end, relative to the contact tolerance. Smaller: more sweeps and fewer outer iterations.
     pub sweep_tolerance: f64,
     /// The same relative to the largest error before the solve, where that is more: the next linearisation leaves as much.
     pub sweep_reduction: f64,
-    /// Sweeps between two tries of Newton's method, at first; twice as many after each try that did not help, or half as many, but no
-    /// fewer, where sweeps have halved their change since.
-    pub sweeps_before_newton: usize,
-    /// The first try comes no earlier than after one sweep for so many unknowns: the larger a problem is, the more sweeps an
-    /// iteration of Newton's method costs. Larger: sooner.
-    pub unknowns_a_sweep: usize,
-    /// Unknowns of Newton's method, at most; its cost grows with their cube, and beyond this sweeps alone are faster.
-    pub max_newton_unknowns: usize,
-    /// Newton iterations in a row, at most.
-    pub max_newton_iterations: usize,
-    /// How often the line search halves a Newton step, counting the whole step.
-    pub max_newton_halvings: usize,
-    /// Least damping of Newton's matrix: compliance added to a contact's own, relative to it. It keeps the matrix regular
-    /// where several contacts hold the same bodies at the same place, and steps short where they would leave the friction
-    /// cones. It changes no solution.
-    pub min_newton_damping: f64,
-    /// Damping at the start.
-    pub initial_newton_damping: f64,
-    /// Damping above which the method gives up until the next try.
-    pub max_newton_damping: f64,
-    /// What a full Newton step multiplies the damping by.
-    pub newton_damping_decrease: f64,
-    /// What a step that did not help multiplies the damping by.
-    pub newton_damping_increase: f64,
     /// Blocks of 3 x 3 numbers in the contacts' matrix, at most: 72 bytes each. A step with more ends with a status of its
     /// own instead of taking all memory.
     pub max_blocks: usize,
@@ -81,18 +56,6 @@ pub struct ContactParams {
     pub max_error: f64,
 }
 
-/// A contact parameter outside of what is allowed.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[error("contact parameter {name} = {value}, but it must be {allowed}")]
-pub struct ContactParamsError {
-    /// Name of the field.
-    pub name: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// What is allowed.
-    pub allowed: &'static str,
-}
-
 impl ContactParams {
     /// Those that a simulation has unless told otherwise.
     pub const DEFAULT: Self = Self {
@@ -104,19 +67,9 @@ impl ContactParams {
         place_hysteresis: 0.1,
         slip_direction_tolerance: 0.02,
         release_speed: 5.0,
-        max_sweeps: 100,
+        solver: SolverParams::DEFAULT,
         sweep_tolerance: 0.1,
         sweep_reduction: 3e-3,
-        sweeps_before_newton: 4,
-        unknowns_a_sweep: 8,
-        max_newton_unknowns: 200,
-        max_newton_iterations: 12,
-        max_newton_halvings: 3,
-        min_newton_damping: 1e-6,
-        initial_newton_damping: 1e-5,
-        max_newton_damping: 0.1,
-        newton_damping_decrease: 0.1,
-        newton_damping_increase: 30.0,
         max_blocks: 8_000_000,
         joint_tolerance: 0.01,
         motion_tolerance: 10.0,
@@ -128,17 +81,14 @@ impl ContactParams {
     ///
     /// # Errors
     /// The first that is not allowed.
-    pub fn validate(&self) -> Result<(), ContactParamsError> {
-        let check = |name, value: f64, ok: bool, allowed| {
-            if ok && value.is_finite() { Ok(()) } else { Err(ContactParamsError { name, value, allowed }) }
-        };
+    pub fn validate(&self) -> Result<(), ParamsError> {
+        let check = ParamsError::check;
         let positive = [
             ("search_room", self.search_room),
             ("active_gap", self.active_gap),
             ("far_correction", self.far_correction),
             ("slip_direction_tolerance", self.slip_direction_tolerance),
             ("release_speed", self.release_speed),
-            ("min_newton_damping", self.min_newton_damping),
             ("joint_tolerance", self.joint_tolerance),
             ("motion_tolerance", self.motion_tolerance),
             ("max_error", self.max_error),
@@ -151,25 +101,12 @@ impl ContactParams {
             ("sweep_tolerance", self.sweep_tolerance),
             ("sweep_reduction", self.sweep_reduction),
             ("place_hysteresis", self.place_hysteresis),
-            ("newton_damping_decrease", self.newton_damping_decrease),
         ];
         for (name, value) in shares {
             check(name, value, value > 0.0 && value < 1.0, "> 0 and < 1")?;
         }
-        let increase = self.newton_damping_increase;
-        check("newton_damping_increase", increase, increase > 1.0, "finite and > 1")?;
-        let counts = [
-            ("max_sweeps", self.max_sweeps),
-            ("sweeps_before_newton", self.sweeps_before_newton),
-            ("unknowns_a_sweep", self.unknowns_a_sweep),
-            ("max_error_after", self.max_error_after),
-        ];
-        for (name, count) in counts {
-            check(name, count as f64, count > 0, "1 or more")?;
-        }
-        let [least, start, most] = [self.min_newton_damping, self.initial_newton_damping, self.max_newton_damping];
-        check("initial_newton_damping", start, least <= start, "finite and not below min_newton_damping")?;
-        check("max_newton_damping", most, start <= most, "finite and not below initial_newton_damping")
+        check("max_error_after", self.max_error_after as f64, self.max_error_after > 0, "1 or more")?;
+        self.solver.validate()
     }
 }
 
@@ -187,24 +124,17 @@ mod tests {
     fn the_default_is_valid_and_each_mistake_is_named() {
         type Change = (&'static str, fn(&mut ContactParams));
         ContactParams::DEFAULT.validate().unwrap();
-        let mistakes: [Change; 7] = [
+        let mistakes: [Change; 5] = [
             ("search_room", |p| p.search_room = 0.0),
             ("active_gap", |p| p.active_gap = f64::NAN),
             ("release_speed", |p| p.release_speed = f64::INFINITY),
             ("parallel", |p| p.parallel = 1.0),
-            ("max_sweeps", |p| p.max_sweeps = 0),
-            ("initial_newton_damping", |p| p.initial_newton_damping = 1e-7),
-            ("max_newton_damping", |p| p.max_newton_damping = 1e-6),
+            ("max_sweeps", |p| p.solver.max_sweeps = 0),
         ];
         for (name, change) in mistakes {
             let mut params = ContactParams::DEFAULT;
             change(&mut params);
             assert_eq!(params.validate().unwrap_err().name, name);
         }
-        let zero = ContactParams { max_sweeps: 0, ..ContactParams::DEFAULT };
-        assert_eq!(
-            zero.validate().unwrap_err().to_string(),
-            "contact parameter max_sweeps = 0, but it must be 1 or more"
-        );
     }
 }

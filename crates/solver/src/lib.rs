@@ -48,7 +48,6 @@ pub mod start;
 pub mod statics;
 pub mod step;
 mod step_control;
-mod team;
 
 pub use jointed::{linear, system, tangent, topology};
 use kernels as kernel;

@@ -32,7 +32,9 @@ use crate::topology::Topology;
 pub use crate::contact::{ContactForce, Overlap, Overlapped, Touched, contact_wrenches};
 pub use holds::{Taken, TimedGrip};
 
-pub use crate::contact_params::{ContactParams, ContactParamsError};
+pub use friction::ParamsError as ContactParamsError;
+
+pub use crate::contact_params::ContactParams;
 
 /// How to simulate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -5,11 +5,7 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 
 use super::TooManyContacts;
-use super::buckets;
-use super::delassus::{Chunk, Part};
 use super::geometry::{Contact, Shape};
-use super::partition::{self, Leaves, Pushed};
-use super::problem::Problem;
 use super::sets::Sets;
 use crate::component::BodyPose;
 use crate::connected_set::{ConnectedSet, Projector, Touch};
@@ -18,7 +14,11 @@ use crate::kernel::math::Vec3;
 use crate::limits::shares_contacts;
 use crate::linear::articulated::{self, Blocks, Side};
 use crate::linear::compliance::Compliance;
-use crate::team::pieces::Pieces;
+use friction::buckets;
+use friction::delassus::{Chunk, Part};
+use friction::partition::{self, Leaves, Pushed};
+use friction::problem::Problem;
+use friction::team::pieces::Pieces;
 use jointed::transfer::{Row, Rows};
 
 /// Contacts of a set whose bodies form chains, above which these are split, and sides in a group then, at most. More of these: the matrix

@@ -10,15 +10,12 @@ use rod::Surface;
 use super::TooManyContacts;
 use super::assemble::{Assembly, components_of};
 use super::broad_phase::BroadPhase;
-use super::cone::Coulomb;
 use super::culling::{self, MotionBounds};
 use super::duplicates::{self, Holders};
 use super::geometry::{Contact, Poses, Shape, World};
 use super::mesh_contacts::{Deepest, let_wait};
-use super::problem::{Problem, Unknown};
 use super::sets::Sets;
 use super::shared::Shared;
-use super::solve::ContactSolver;
 use super::warm_start::{self, Pressed};
 use crate::component::Component;
 use crate::connected_set::{ConnectedSet, Touch};
@@ -28,6 +25,9 @@ use crate::kernel::Spatial;
 use crate::kernel::math::Vec3;
 use crate::limits::shares_contacts;
 use crate::step::Interval;
+use friction::cone::Coulomb;
+use friction::problem::{Problem, Unknown};
+use friction::solve::ContactSolver;
 
 pub(crate) use slopes::Touching;
 
@@ -313,7 +313,7 @@ impl IslandContacts {
         self.assembly.assemble(contacts, shapes, components, problem, shared.params.max_blocks)?;
         let params = &shared.params;
         let tolerance = (tolerance * params.sweep_tolerance).max(worst * params.sweep_reduction);
-        let sweeps = self.solver.solve(problem, tolerance, params) as u64;
+        let sweeps = self.solver.solve(problem, tolerance, &params.solver) as u64;
         let contacts = self.active.len() as u64;
         counters.contact_sweeps += sweeps;
         counters.contact_solves += contacts;

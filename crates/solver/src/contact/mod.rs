@@ -2,34 +2,24 @@
 //!
 //! A simulation whose model has nothing to touch builds none of this.
 
-mod anderson;
 mod assemble;
 mod broad_phase;
-mod buckets;
-mod cone;
 mod convert;
 mod culling;
-mod delassus;
 mod duplicates;
 mod exclusion;
 mod force;
-mod gauss_seidel;
 mod geometry;
 mod island_contacts;
 mod islands;
 mod key;
 mod mesh_contacts;
 mod narrow_phase;
-mod newton;
 mod obstacles;
 mod overlap;
-mod partition;
-mod problem;
-mod redundant_pairs;
 mod sets;
 mod shared;
 mod solid_contacts;
-mod solve;
 mod stiffness;
 #[cfg(test)]
 mod testing;

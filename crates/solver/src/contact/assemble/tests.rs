@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use rod::Friction;
 
-use super::super::delassus::{Block3, Moved};
 use super::super::geometry::Poses;
 use super::super::key::{Feature, Partner};
 use super::super::testing::Rods;
 use super::*;
 use crate::kernel::lane::Real;
+use friction::delassus::{Block3, Moved};
 
 const STILL: [f64; 3] = [0.0; 3];
 

@@ -1,6 +1,5 @@
 //! How far contacts are from their laws at new poses.
 
-use super::super::cone::{Coulomb, natural_residual};
 use super::super::culling;
 use super::super::geometry::{Contact, Poses, Shape};
 use super::super::sets::Sets;
@@ -9,6 +8,7 @@ use super::{IslandContacts, push};
 use crate::counters::Counters;
 use crate::kernel::Spatial;
 use crate::kernel::math::{Sym3, Vec3};
+use friction::cone::{Coulomb, natural_residual};
 
 impl IslandContacts {
     /// Evaluates the contacts at the new poses; returns the largest error, where one of `tolerance` is good enough: relative to

@@ -6,7 +6,7 @@ use std::ops::{Deref, DerefMut, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A slice that is cut into pieces. Threads take runs of neighbouring pieces, and give them back.
-pub(crate) struct Pieces<'a, T> {
+pub struct Pieces<'a, T> {
     data: *mut T,
     /// Where each piece begins, and the end.
     cuts: &'a [usize],
@@ -21,7 +21,7 @@ unsafe impl<T: Send> Send for Pieces<'_, T> {}
 
 impl<'a, T> Pieces<'a, T> {
     /// Cuts `slice` at `cuts`, ascending from 0 to its length. `taken`, with an entry a piece at least, says which are in use.
-    pub(crate) fn new(slice: &'a mut [T], cuts: &'a [usize], taken: &'a mut [AtomicBool]) -> Self {
+    pub fn new(slice: &'a mut [T], cuts: &'a [usize], taken: &'a mut [AtomicBool]) -> Self {
         assert!(cuts.is_sorted() && cuts.first() == Some(&0) && cuts.last() == Some(&slice.len()));
         assert!(taken.len() + 1 >= cuts.len());
         taken.iter_mut().for_each(|taken| *taken.get_mut() = false);
@@ -32,7 +32,7 @@ impl<'a, T> Pieces<'a, T> {
     ///
     /// # Panics
     /// If any of them is in use.
-    pub(crate) fn take(&self, pieces: Range<usize>) -> Taken<'_, T> {
+    pub fn take(&self, pieces: Range<usize>) -> Taken<'_, T> {
         let (first, end) = (self.cuts[pieces.start], self.cuts[pieces.end]);
         let taken = &self.taken[pieces];
         for (k, flag) in taken.iter().enumerate() {
@@ -52,7 +52,7 @@ impl<'a, T> Pieces<'a, T> {
 }
 
 /// Neighbouring pieces of an array; dropped, they are given back.
-pub(crate) struct Taken<'a, T> {
+pub struct Taken<'a, T> {
     slice: &'a mut [T],
     /// Their place in the array.
     pub(crate) first: usize,

@@ -7,25 +7,25 @@
 use super::gauss_seidel::{End, GaussSeidel, Goal};
 use super::newton::{Newton, Tried};
 use super::problem::Problem;
-use crate::contact_params::ContactParams;
+use crate::params::SolverParams;
 
 /// Memory of the solves.
 #[derive(Default)]
-pub(crate) struct ContactSolver {
+pub struct ContactSolver {
     newton: Newton,
     rounds: GaussSeidel,
 }
 
 impl ContactSolver {
     /// Begins a step: what one solve leaves to the next ends with it.
-    pub(crate) fn begin(&mut self) {
+    pub fn begin(&mut self) {
         self.newton.begin();
     }
 
     /// Solves `problem` until no sweep changes an impulse by more than `tolerance` (as the length it moves its contact by,
     /// relative to the contact's scale), the natural residual is no larger, or as many sweeps as `params` allow are done;
     /// returns their number.
-    pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> usize {
+    pub fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &SolverParams) -> usize {
         // Sweeps between two tries of Newton's method; more where it does not help.
         let few = params.sweeps_before_newton.max(3 * problem.unknowns().len() / params.unknowns_a_sweep);
         let (mut round, mut best) = (few, f64::INFINITY);

@@ -2,7 +2,7 @@
 
 /// Puts items, each with the number of its bucket, into `out`, bucket by bucket and in their order within each. `starts` gets where
 /// each of `buckets` begins, and the end.
-pub(super) fn sort<T: Copy>(
+pub fn sort<T: Copy>(
     items: impl Iterator<Item = (usize, T)> + Clone,
     buckets: usize,
     starts: &mut Vec<usize>,

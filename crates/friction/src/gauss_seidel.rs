@@ -12,9 +12,9 @@ use super::delassus::{Chunk, Row};
 use super::partition::{self, Partition};
 use super::problem::{Matrix, Problem, Unknown, View};
 use super::redundant_pairs::{self, RedundantPair};
-use crate::kernel::dispatch::vectorized;
 use crate::team::pieces::{Pieces, Taken};
 use crate::team::{self, Team};
+use kernels::dispatch::vectorized;
 
 /// Sweeps up to which force moves within redundant pairs. What takes more is held up by more than they are: force would go to and fro between them.
 const MOVING: usize = 6;

@@ -12,7 +12,7 @@
 
 use super::delassus::{Chunk, Row};
 use super::problem::{Matrix, Unknown, View};
-use crate::kernel::flat::{flat, flat_mut};
+use kernels::flat::{flat, flat_mut};
 
 /// Rounds that are kept: more say nothing of contacts that open, close, stick or slide in between.
 const MOST: usize = 4;

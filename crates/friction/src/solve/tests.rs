@@ -46,10 +46,10 @@ fn fill(problem: &mut Problem, block: impl Fn(usize, usize) -> Block3) {
 const TIGHT: f64 = 1e-13;
 
 /// As many sweeps as it takes.
-const PATIENT: ContactParams = ContactParams { max_sweeps: 100_000, ..ContactParams::DEFAULT };
+const PATIENT: SolverParams = SolverParams { max_sweeps: 100_000, ..SolverParams::DEFAULT };
 
 /// Sweeps alone.
-const SWEEPS_ALONE: ContactParams = ContactParams { max_newton_iterations: 0, ..PATIENT };
+const SWEEPS_ALONE: SolverParams = SolverParams { max_newton_iterations: 0, ..PATIENT };
 
 fn forces(problem: &Problem) -> Vec<Row> {
     problem.unknowns().iter().map(|unknown| unknown.force).collect()
@@ -104,7 +104,7 @@ fn redundant_pairs_share_their_force_in_few_sweeps() {
 fn impulses_are_in_their_cones() {
     for (seed, max_sweeps) in (0..200).flat_map(|seed| [1, 2, 7, 8, 1000].map(|most| (seed, most))) {
         let mut problem = random(1 + seed as usize % 7, Coulomb(0.3), seed);
-        ContactSolver::default().solve(&mut problem, 1e-6, &ContactParams { max_sweeps, ..ContactParams::DEFAULT });
+        ContactSolver::default().solve(&mut problem, 1e-6, &SolverParams { max_sweeps, ..SolverParams::DEFAULT });
         for [normal, x, y] in forces(&problem) {
             assert!(normal >= 0.0 && length([x, y]) <= 0.3 * normal * (1.0 + 4.0 * f64::EPSILON), "{normal} {x} {y}");
         }
@@ -155,7 +155,7 @@ proptest! {
     #[test]
     fn newton_and_sweeps_agree(count in 1_usize..7, seed: u64) {
         let (mut one, mut two) = (random(count, Coulomb(0.0), seed), random(count, Coulomb(0.0), seed));
-        let newton = ContactParams { sweeps_before_newton: 1, ..PATIENT };
+        let newton = SolverParams { sweeps_before_newton: 1, ..PATIENT };
         ContactSolver::default().solve(&mut one, TIGHT, &newton);
         ContactSolver::default().solve(&mut two, TIGHT, &SWEEPS_ALONE);
         for (a, b) in forces(&one).iter().zip(&forces(&two)) {

@@ -5,7 +5,7 @@
 //! other, until the lead is done. Whoever is not there (as it works on something else) is not waited for: the lead takes
 //! pieces itself. Which thread does a piece must not matter.
 
-pub(crate) mod pieces;
+pub mod pieces;
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 

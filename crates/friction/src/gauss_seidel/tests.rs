@@ -7,7 +7,7 @@ use super::super::cone::Coulomb;
 use super::super::delassus::Part;
 use super::super::partition::{self, Pushed};
 use super::*;
-use crate::kernel::math::Vec3;
+use kernels::math::Vec3;
 
 /// Sets in a row, each of which four contacts press against the next, and one against the ground. `is_halved`: by halves of
 /// the row, else all as one.

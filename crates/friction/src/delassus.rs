@@ -11,14 +11,16 @@
 mod linked;
 
 use self::linked::{Linked, Links};
-use crate::kernel::flat::{flat, flat_mut};
-use crate::kernel::lane::{Lanes, Real};
+use kernels::flat::{flat, flat_mut};
+use kernels::lane::{Lanes, Real};
 
-pub(crate) type Row = [f64; 3];
-pub(crate) type Block3 = [Row; 3];
+/// Three numbers of a contact: along its normal and along two tangents.
+pub type Row = [f64; 3];
+/// A 3 x 3 block of two contacts, by rows.
+pub type Block3 = [Row; 3];
 
 /// Eight numbers of a row.
-pub(crate) type Chunk = Lanes<8>;
+pub type Chunk = Lanes<8>;
 const LANES: usize = Chunk::LANES;
 
 /// A group's contacts, and where its numbers are.
@@ -58,7 +60,7 @@ const NOWHERE: Seat = Seat { group: NONE, index: 0 };
 
 /// W.
 #[derive(Default)]
-pub(crate) struct Delassus {
+pub struct Delassus {
     groups: Vec<Group>,
     /// Contacts by group, ascending.
     members: Vec<u32>,
@@ -74,7 +76,7 @@ pub(crate) struct Delassus {
 }
 
 /// A group's part of W, while it is put together.
-pub(crate) struct Part<'a> {
+pub struct Part<'a> {
     width: usize,
     values: &'a mut [Chunk],
     /// What it does to other groups of its set, if there are any.
@@ -83,7 +85,7 @@ pub(crate) struct Part<'a> {
 
 impl<'a> Part<'a> {
     /// Of so many contacts, in the first of these chunks, which are zero; and the rest of them.
-    pub(crate) fn new(contacts: usize, is_linked: bool, values: &'a mut [Chunk]) -> (Self, &'a mut [Chunk]) {
+    pub fn new(contacts: usize, is_linked: bool, values: &'a mut [Chunk]) -> (Self, &'a mut [Chunk]) {
         let width = width(contacts);
         let (values, rest) = values.split_at_mut(3 * contacts * width);
         let (links, rest) = rest.split_at_mut(if is_linked { Linked::len(contacts) } else { 0 });
@@ -91,14 +93,14 @@ impl<'a> Part<'a> {
     }
 
     /// What it does to other groups of its set.
-    pub(crate) fn links(&mut self) -> &mut Links<'a> {
+    pub fn links(&mut self) -> &mut Links<'a> {
         &mut self.links
     }
 
     /// Adds to the block of two of the group's contacts, by their indices in it, and its transpose to the block on the other side
     /// of the diagonal; where the two are one, `twice` says whether it adds both.
     #[inline(always)]
-    pub(crate) fn add(&mut self, (row, column): (usize, usize), block: &Block3, twice: bool) {
+    pub fn add(&mut self, (row, column): (usize, usize), block: &Block3, twice: bool) {
         let (width, values) = (LANES * self.width, flat_mut(self.values));
         for (r, entries) in block.iter().enumerate() {
             let first = (3 * row + r) * width + 3 * column;
@@ -123,10 +125,11 @@ fn width(contacts: usize) -> usize {
 }
 
 /// W times the changes of impulses: a run of groups.
-pub(crate) struct Moved<'a> {
-    pub(crate) chunks: &'a mut [Chunk],
+pub struct Moved<'a> {
+    /// The run.
+    pub chunks: &'a mut [Chunk],
     /// The first one's place among all.
-    pub(crate) first: usize,
+    pub first: usize,
 }
 
 /// Three of the numbers of some chunks.
@@ -151,7 +154,7 @@ impl Delassus {
     /// Prepares a matrix for `contacts` contacts, of which those of each group, ascending in `members` between two
     /// numbers of `start`, are coupled, and those of all groups of a set: from one number of `sets` on to the next. A contact is
     /// in two groups at most.
-    pub(crate) fn reset(&mut self, contacts: usize, start: &[usize], members: &[u32], sets: &[usize]) {
+    pub fn reset(&mut self, contacts: usize, start: &[usize], members: &[u32], sets: &[usize]) {
         self.groups.clear();
         self.members.clear();
         self.members.extend_from_slice(members);
@@ -185,12 +188,12 @@ impl Delassus {
     }
 
     /// Memory of the sets' parts, group by group, which are to be put together from zeros, and where each set's begins, and the end.
-    pub(crate) fn values(&mut self) -> (&mut [Chunk], &[usize]) {
+    pub fn values(&mut self) -> (&mut [Chunk], &[usize]) {
         (&mut self.values, &self.cuts)
     }
 
     /// Chunks of `W dz`, of all groups.
-    pub(crate) fn moved_len(&self) -> usize {
+    pub fn moved_len(&self) -> usize {
         self.moved
     }
 
@@ -221,13 +224,13 @@ impl Delassus {
 
     /// The block of a contact's own impulse.
     #[inline(always)]
-    pub(crate) fn diagonal(&self, contact: usize) -> &Block3 {
+    pub fn diagonal(&self, contact: usize) -> &Block3 {
         &self.diagonal[contact]
     }
 
     /// `W dz` of a contact, from that of its groups, of which the first chunk's place among all is `first`.
     #[inline(always)]
-    pub(crate) fn moved(&self, contact: usize, chunks: &[Chunk], first: usize) -> Row {
+    pub fn moved(&self, contact: usize, chunks: &[Chunk], first: usize) -> Row {
         let mut sum = [0.0; 3];
         for &Seat { group, index } in &self.seats[contact] {
             if group != NONE {
@@ -246,7 +249,7 @@ impl Delassus {
 
     /// Takes a change of a contact's impulse into `W dz` of its groups.
     #[inline(always)]
-    pub(crate) fn change(&self, moved: &mut Moved<'_>, contact: usize, by: Row) {
+    pub fn change(&self, moved: &mut Moved<'_>, contact: usize, by: Row) {
         for seat in self.seats[contact] {
             if seat.group == NONE {
                 continue;
@@ -277,7 +280,7 @@ impl Delassus {
     /// `by` times the blocks of a contact's block row, with their columns, group by group: a column that is in both groups comes
     /// twice, and its block is the sum. `memory` holds the products of a group.
     #[inline(always)]
-    pub(crate) fn each_product(
+    pub fn each_product(
         &self,
         contact: usize,
         by: &Block3,
@@ -304,7 +307,7 @@ impl Delassus {
     }
 
     /// The block of two contacts.
-    pub(crate) fn block(&self, contact: usize, other: usize) -> Block3 {
+    pub fn block(&self, contact: usize, other: usize) -> Block3 {
         let mut sum = [[0.0; 3]; 3];
         let mut add = |block: &Block3| {
             for (sum, x) in sum.iter_mut().flatten().zip(block.iter().flatten()) {
@@ -319,7 +322,7 @@ impl Delassus {
     }
 
     /// The contacts after one in its groups, ascending, with the response of the two along both normals.
-    pub(crate) fn normals(&self, contact: usize) -> impl Iterator<Item = (usize, f64)> {
+    pub fn normals(&self, contact: usize) -> impl Iterator<Item = (usize, f64)> {
         let after = |Seat { group, index }: Seat| match group {
             NONE => (&[][..], &[][..]),
             group => {

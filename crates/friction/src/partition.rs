@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::buckets;
 use super::delassus::Delassus;
-use crate::kernel::math::Vec3;
+use kernels::math::Vec3;
 
 /// Contacts from which on there are two leaves, and to a leaf where there are more, at least: fewer are not worth a piece of work of
 /// their own.
@@ -20,7 +20,7 @@ const DEEPEST: u32 = 6;
 
 /// The tree of a contacts' problem. Nodes are numbered in post-order.
 #[derive(Default)]
-pub(crate) struct Partition {
+pub struct Partition {
     depth: u32,
     /// Where each node's own contacts begin, and the end.
     contacts: Vec<usize>,
@@ -34,18 +34,22 @@ pub(crate) struct Partition {
 
 /// A connected set that contacts push: its number, its centre, how many they are, and its leaf.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pushed {
-    pub(crate) component: u32,
-    pub(crate) centre: Vec3<f64>,
-    pub(crate) contacts: usize,
-    pub(crate) leaf: u32,
+pub struct Pushed {
+    /// Its number.
+    pub component: u32,
+    /// Its centre [m].
+    pub centre: Vec3<f64>,
+    /// How many contacts push it.
+    pub contacts: usize,
+    /// Its leaf.
+    pub leaf: u32,
 }
 
 /// The leaves below a node: the first and the last.
-pub(crate) type Leaves = [u32; 2];
+pub type Leaves = [u32; 2];
 
 /// The node that holds two others, by their leaves.
-pub(crate) fn join(a: Leaves, b: Leaves) -> Leaves {
+pub fn join(a: Leaves, b: Leaves) -> Leaves {
     [a[0].min(b[0]), a[1].max(b[1])]
 }
 
@@ -56,7 +60,7 @@ impl Partition {
     }
 
     /// Deals sets out to leaves for so many contacts, and puts them in the order of leaves and numbers.
-    pub(crate) fn deal(&mut self, contacts: usize, pushed: &mut [Pushed]) {
+    pub fn deal(&mut self, contacts: usize, pushed: &mut [Pushed]) {
         let most = pushed.len().max(1).ilog2().min(DEEPEST);
         self.depth = if contacts < LEAST { 0 } else { (contacts / LEAST).ilog2().max(1).min(most) };
         halve(pushed, 0, self.depth);
@@ -67,7 +71,7 @@ impl Partition {
 
     /// Puts contacts in the order of their nodes, where they were in another: `order[k]` is the k-th one's place there, and
     /// `leaves` has their nodes.
-    pub(crate) fn sort(&mut self, leaves: &[Leaves], order: &mut Vec<u32>) {
+    pub fn sort(&mut self, leaves: &[Leaves], order: &mut Vec<u32>) {
         let depth = self.depth;
         let items = (0..).zip(leaves).map(|(k, &leaves)| (node(leaves, depth), k));
         buckets::sort(items, count(depth), &mut self.contacts, order);
@@ -94,7 +98,7 @@ impl Partition {
     }
 
     /// Levels below the root; leaves are level 0.
-    pub(crate) fn depth(&self) -> u32 {
+    pub fn depth(&self) -> u32 {
         self.depth
     }
 

@@ -12,8 +12,8 @@ use faer::{MatMut, Par};
 use super::cone::{length, natural_residual};
 use super::delassus::{Chunk, Row};
 use super::problem::Problem;
-use crate::contact_params::ContactParams;
-use crate::kernel::dispatch::vectorized;
+use crate::params::SolverParams;
+use kernels::dispatch::vectorized;
 
 /// Memory of the method.
 pub(crate) struct Newton {
@@ -88,7 +88,7 @@ impl Newton {
     }
 
     /// Improves the problem's impulses as long as an iteration helps, until they are within `tolerance`.
-    pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &ContactParams) -> Tried {
+    pub(crate) fn solve(&mut self, problem: &mut Problem, tolerance: f64, params: &SolverParams) -> Tried {
         if self.damping == 0.0 {
             self.damping = params.initial_newton_damping;
         }

@@ -5,7 +5,7 @@
 //! to group, 36 products each, and a contact reads its gap and slip off its group's state.
 
 use super::{Block3, Chunk, Delassus, Group, Moved, NONE, Row, Seat};
-use crate::kernel::lane::{Lanes, Real};
+use kernels::lane::{Lanes, Real};
 
 /// Chunks of a contact: three columns of E, three rows of R; then, to read off, for each of the six numbers of a state what R
 /// and E make of it, in the lower and the upper half of a chunk.
@@ -21,11 +21,11 @@ pub(super) struct Linked<'a> {
 }
 
 /// A group's E, R and M, while they are put together.
-pub(crate) struct Links<'a>(pub(super) &'a mut [Chunk]);
+pub struct Links<'a>(pub(super) &'a mut [Chunk]);
 
 impl Links<'_> {
     /// Adds the columns of E and the rows of R of a side of one of its contacts.
-    pub(crate) fn add_side(&mut self, index: usize, to_last: [Chunk; 3], from_before: [Chunk; 3]) {
+    pub fn add_side(&mut self, index: usize, to_last: [Chunk; 3], from_before: [Chunk; 3]) {
         let own = &mut self.0[CONTACT * index..CONTACT * (index + 1)];
         for (own, &side) in own.iter_mut().zip(to_last.iter().chain(&from_before)) {
             *own += side;
@@ -38,7 +38,7 @@ impl Links<'_> {
     }
 
     /// Sets M by its rows.
-    pub(crate) fn set_passage(&mut self, rows: &[Chunk; 6]) {
+    pub fn set_passage(&mut self, rows: &[Chunk; 6]) {
         let first = self.0.len() - PASSAGE;
         let own = &mut self.0[first..];
         own[6..].copy_from_slice(rows);

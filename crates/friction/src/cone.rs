@@ -4,7 +4,7 @@ use super::delassus::{Block3, Row};
 
 /// Coulomb's law: friction is at most this share of the normal impulse, whatever that comes to.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coulomb(pub(crate) f64);
+pub struct Coulomb(pub f64);
 
 impl Coulomb {
     /// Whether there is friction at such a normal impulse.
@@ -109,7 +109,7 @@ fn largest_eigenvalue(d: &Block3) -> f64 {
 
 /// How far an impulse is from answering gap and slip `w`, as lengths along the normal and across.
 #[inline(always)]
-pub(crate) fn natural_residual(compliance: [f64; 2], force: Row, w: Row, friction: Coulomb) -> [f64; 2] {
+pub fn natural_residual(compliance: [f64; 2], force: Row, w: Row, friction: Coulomb) -> [f64; 2] {
     let [cn, ct] = compliance;
     if cn <= 0.0 {
         return [0.0; 2];

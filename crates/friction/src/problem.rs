@@ -15,35 +15,35 @@ use std::ops::Range;
 use super::cone::{Coulomb, Own, natural_residual};
 use super::delassus::{Block3, Chunk, Delassus, Moved, Row};
 use super::partition::Partition;
-use crate::kernel::dispatch::vectorized;
-use crate::kernel::lane::Real;
+use kernels::dispatch::vectorized;
+use kernels::lane::Real;
 
 /// What a sweep knows of a contact.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Unknown {
+pub struct Unknown {
     /// Impulse times dt [N s^2]: normal, then two tangents.
-    pub(crate) force: Row,
+    pub force: Row,
     /// Its value before the solve.
-    pub(crate) before: Row,
+    pub before: Row,
     /// Gap less its target, and slip, if the impulse stays as it was before [m].
-    pub(crate) free: Row,
+    pub free: Row,
     /// What friction is at most.
-    pub(crate) friction: Coulomb,
+    pub friction: Coulomb,
     /// Length by which errors are measured [m].
-    pub(crate) scale: f64,
+    pub scale: f64,
 }
 
 /// The problem's matrix and its unknowns. Gaps and slips go with every change of an impulse.
 #[derive(Default)]
-pub(crate) struct Problem {
+pub struct Problem {
     unknowns: Vec<Unknown>,
     own: Vec<Own>,
     /// W.
-    pub(crate) operator: Delassus,
+    pub operator: Delassus,
     /// `W dz`, by groups.
     moved: Vec<Chunk>,
     /// Which contacts are solved side by side.
-    pub(crate) partition: Partition,
+    pub partition: Partition,
 }
 
 /// What stays of a problem while it is solved.
@@ -64,7 +64,7 @@ pub(crate) struct View<'a> {
 
 impl Problem {
     /// Takes over the operator, all of whose entries are there, with the impulses as they are.
-    pub(crate) fn close(&mut self) {
+    pub fn close(&mut self) {
         self.operator.close();
         self.own.clear();
         self.own.extend((0..self.unknowns.len()).map(|contact| Own::new(self.operator.diagonal(contact))));
@@ -112,7 +112,7 @@ impl Problem {
     }
 
     /// Compliances of a contact to its own impulse: along the normal, and the larger one across [1/kg].
-    pub(crate) fn compliance(&self, contact: usize) -> [f64; 2] {
+    pub fn compliance(&self, contact: usize) -> [f64; 2] {
         self.matrix().compliance(contact)
     }
 
@@ -134,23 +134,23 @@ impl Problem {
     }
 
     /// Adds a contact, whose impulse will start at `force`.
-    pub(crate) fn push(&mut self, unknown: Unknown) {
+    pub fn push(&mut self, unknown: Unknown) {
         self.unknowns.push(unknown);
     }
 
     /// Forgets all contacts.
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.unknowns.clear();
         self.partition.clear();
     }
 
     /// The contacts.
-    pub(crate) fn unknowns(&self) -> &[Unknown] {
+    pub fn unknowns(&self) -> &[Unknown] {
         &self.unknowns
     }
 
     /// Puts the contacts in another order, `order[k]` being the place that the k-th one had.
-    pub(crate) fn reorder(&mut self, order: &[u32]) {
+    pub fn reorder(&mut self, order: &[u32]) {
         debug_assert_eq!(order.len(), self.unknowns.len());
         let before = self.unknowns.len();
         self.unknowns.reserve(before);
