@@ -5,12 +5,12 @@ pub mod vibration;
 
 use std::ops::Range;
 
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
 use nalgebra::Vector3;
+use rod::Integrator;
 use rod::{Assembly, Load, Material, Model, RodSpec, Section, State, Stiffness, shape};
-use solver::integrator::Integrator;
-use solver::simulation::{Settings, Simulation};
-use solver::statics::{StaticParams, equilibrium};
-use solver::step::Status;
+use statics::{StaticParams, equilibrium};
 
 /// A straight, uniform rod, cut into equal segments.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,8 @@
 //! Free vibrations: the shapes of a beam's modes, and what implicit Euler makes of one mode.
 
+use dynamics::simulation::Simulation;
+use dynamics::step::Status;
 use rod::{Model, State};
-use solver::simulation::Simulation;
-use solver::step::Status;
 
 use crate::{by_euler, tight};
 

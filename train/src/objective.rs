@@ -6,11 +6,11 @@
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
+use component::Component;
 use copingnet::{CgLoss, Encoder, Encoding, Inputs};
 use dataset::{Dataset, Split, Trajectory};
+use jointed::linear::precondition::{Preconditioner, PreconditionerKind};
 use kernels::Spatial;
-use solver::component::Component;
-use solver::linear::precondition::{Preconditioner, PreconditionerKind};
 
 use crate::samples::{Chunk, Samples};
 

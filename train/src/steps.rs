@@ -6,23 +6,23 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use component::{BodyPose, Component};
 use copingnet::{Encoding, Inputs, StepEncoder};
 use dataset::{Config, Scenario};
+use dynamics::attempt::attempt;
+use dynamics::counters::Counters;
+use dynamics::formulation::Formulation;
+use dynamics::guess::{InitialGuess, StepExtrapolation};
+use dynamics::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use dynamics::start::NoGuess;
+use dynamics::step::{Interval, Status, StepParams};
 use graph::{Graph, planar_normal};
+use jointed::linear::LinearSolver;
+use jointed::linear::solvers::SolverKind;
 use kernels::Spatial;
 use rayon::prelude::*;
+use rod::Integrator;
 use scene::Scene;
-use solver::attempt::attempt;
-use solver::component::{BodyPose, Component};
-use solver::counters::Counters;
-use solver::formulation::Formulation;
-use solver::guess::{InitialGuess, StepExtrapolation};
-use solver::integrator::Integrator;
-use solver::linear::LinearSolver;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::start::NoGuess;
-use solver::step::{Interval, Status, StepParams};
 
 /// Time steps [s].
 pub(crate) const DTS: [f64; 3] = [0.02, 0.05, 0.1];

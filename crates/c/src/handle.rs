@@ -3,15 +3,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use dynamics::auto::choose;
+use dynamics::formulation::Tangent;
+use dynamics::simulation::{ContactForce, Settings, Simulation, contact_wrenches};
+use dynamics::snapshot;
+use dynamics::step::{Status, StepParams};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rod::{Body, Driven, Interpolation, JointForce, Keyframe, Load, Model, Motion, Pose, Reaction, State, Wrench};
 use scene::Scene;
-use solver::auto::choose;
-use solver::formulation::Tangent;
-use solver::simulation::{ContactForce, Settings, Simulation, contact_wrenches};
-use solver::snapshot;
-use solver::statics::{StaticParams, equilibrium};
-use solver::step::{Status, StepParams};
+use statics::{StaticParams, equilibrium};
 
 /// How a call ended that did not do what it was asked for: the codes of the header, which are the programs' exit codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

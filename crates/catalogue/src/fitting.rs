@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use dataset::Scenario;
+use dynamics::formulation::Tangent;
+use dynamics::step::StepParams;
+use rod::Integrator;
 use rod::{Body, Joint};
 use scene::Scene;
-use solver::formulation::Tangent;
-use solver::integrator::Integrator;
-use solver::step::StepParams;
 
 use crate::name::{GuessName, Recipe};
 
@@ -109,7 +109,7 @@ mod tests {
     #[cfg(feature = "gn")]
     #[test]
     fn it_is_for_helices_like_those_of_its_training() {
-        use solver::formulation::Formulation;
+        use dynamics::formulation::Formulation;
 
         let step = |formulation| StepParams {
             formulation,

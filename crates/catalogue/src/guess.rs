@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
+use component::Members;
+use dynamics::guess::{GuessKind, InitialGuess};
+use dynamics::projection::Projection;
 use graph::{Graph, Normal, planar_normal};
+use jointed::topology::Topology;
 use knn::{Knn, KnnGuess, Params};
 use rod::Model;
 use scene::Scene;
-use solver::component::Members;
-use solver::guess::{GuessKind, InitialGuess};
-use solver::projection::Projection;
-use solver::topology::Topology;
 use terminal::say;
 
 use crate::name::GuessName;

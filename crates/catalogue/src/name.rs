@@ -3,8 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use dynamics::guess::GuessKind;
 use names::names;
-use solver::guess::GuessKind;
 
 /// How a network was trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

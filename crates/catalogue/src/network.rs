@@ -5,8 +5,8 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use copingnet::{Card, Checkpoint, CheckpointError, Features, GnGuess, GnStepGuess, Head, NetworkConfig, Trained};
 use dataset::Scenario;
+use dynamics::guess::InitialGuess;
 use graph::{Graph, Normal};
-use solver::guess::InitialGuess;
 
 use crate::name::{GuessName, Recipe};
 use crate::origin::Origin;

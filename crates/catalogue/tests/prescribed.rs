@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use catalogue::{Guess, GuessName, Row, rows};
 use dataset::{Config, Dataset, Scenario, generate};
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::{Status, StepParams};
 use graph::{Normal, planar_normal};
+use jointed::linear::cg::CgParams;
+use jointed::linear::solvers::SolverKind;
 use knn::{Knn, Params};
 use nalgebra::{UnitQuaternion, Vector3};
+use rod::Integrator;
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::linear::cg::CgParams;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{Settings, Simulation};
-use solver::step::{Status, StepParams};
 
 const DT: f64 = 0.01;
 /// Velocity [m/s] and angular velocity [rad/s] of the fixed segment: in space, and within the plane of x and z.

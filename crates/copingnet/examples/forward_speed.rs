@@ -151,6 +151,6 @@ fn line(n: usize) -> RodSpec {
 
 fn graph(assembly: Assembly) -> Graph {
     let (model, _) = assembly.finish();
-    let (members, topology) = solver::component::split(&model).swap_remove(0);
+    let (members, topology) = component::split(&model).swap_remove(0);
     Graph::new(&model, &members, &topology)
 }

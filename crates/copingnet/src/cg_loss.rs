@@ -8,12 +8,12 @@
 //! loss = ln (r^T M^-1 r / b^T M^-1 b),   r = b - A x after `steps` iterations from x_0.
 //! ```
 
+use jointed::linear::operator::Operator;
+use jointed::linear::precondition::Preconditioner;
+use jointed::system::System;
+use jointed::topology::Topology;
 use kernels::Spatial;
 use kernels::dispatch::vectorized;
-use solver::linear::operator::Operator;
-use solver::linear::precondition::Preconditioner;
-use solver::system::System;
-use solver::topology::Topology;
 
 /// What is left, squared and relative to b, of a system that counts as solved.
 const SOLVED: f64 = 1e-24;

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use component::Component;
 use graph::semi::{self, Semi};
 use graph::{Channel, Graph, Normal, Norms, Whitening, body_frame, corrections, mask, paper, project_to_plane, turns};
 use kernels::Spatial;
 use names::names;
 use serde::{Deserialize, Serialize};
-use solver::component::Component;
 
 use crate::{NetworkConfig, Output};
 

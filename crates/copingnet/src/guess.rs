@@ -6,11 +6,11 @@
 
 use std::sync::Arc;
 
+use component::Component;
+use dynamics::guess::InitialGuess;
+use dynamics::projection::Projection;
 use graph::{Batch, Graph, Normal};
 use kernels::Spatial;
-use solver::component::Component;
-use solver::guess::InitialGuess;
-use solver::projection::Projection;
 
 use crate::encoding::Encode;
 use crate::inference::{Forward, Packed};

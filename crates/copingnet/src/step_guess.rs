@@ -6,14 +6,14 @@
 
 use std::sync::Arc;
 
+use component::{BodyPose, Component};
+use dynamics::guess::InitialGuess;
+use dynamics::snapshot::StateVisitor;
 use graph::turns::{NODE_OUTPUT, NODE_OUTPUT_CHANNELS, Turns};
 use graph::{Graph, Lift, Normal, body_frame};
 use kernels::Spatial;
 use kernels::dispatch::vectorized;
 use kernels::math::Vec3;
-use solver::component::{BodyPose, Component};
-use solver::guess::InitialGuess;
-use solver::snapshot::StateVisitor;
 
 use crate::encoding::{Encode, mask_outputs};
 use crate::guess::Prediction;

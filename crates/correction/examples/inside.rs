@@ -16,6 +16,7 @@ use correction::inside::{Inside, Law, fit};
 use correction::moments::Moments;
 use correction::network::Shape;
 use correction::training::{Plan, train};
+use dynamics::simulation::Settings;
 use identify::cable::{Cable, Resolution};
 use identify::fit::Stage;
 use identify::metric::mean_error;
@@ -24,8 +25,7 @@ use identify::recording::{Reading, Recording, read_all};
 use identify::result::CableFile;
 use identify::specimen::Specimen;
 use nalgebra::Vector3;
-use solver::derivative::{self, StateVariation, Wanted};
-use solver::simulation::Settings;
+use sensitivity::{Recording as Steps, StateVariation, Wanted};
 
 const STAGES: [Stage; 3] = [
     Stage { frames: Some(100), every: 4, iterations: 2 },
@@ -79,8 +79,7 @@ fn main() -> Result<()> {
     for (recording, cable) in own.iter().zip(&own_cables).take(RUNS) {
         let (model, state) = cable.model(&parameters)?;
         let began = Instant::now();
-        let mut run =
-            derivative::Recording::new(&model, &state, &Settings { step: step_params(), ..Settings::default() })?;
+        let mut run = Steps::new(&model, &state, &Settings { step: step_params(), ..Settings::default() })?;
         for times in recording.time.windows(2) {
             run.step(times[1] - times[0])?;
         }

@@ -4,6 +4,7 @@
 //! runs, which grow from stage to stage. What it says is internal: a pair of moments on the two segments of a joint, in the frame
 //! of the first, so that neither momentum nor angular momentum changes by it.
 
+use dynamics::batch::Batch;
 use identify::cable::{Cable, DENSITY, RADIUS, Resolution};
 use identify::fit::Stage;
 use identify::parameter::{Parameter, Parameters};
@@ -11,13 +12,12 @@ use identify::predict::{Prediction, TOGETHER, Watch, are_in_time, simulated};
 use identify::quantity::Quantity;
 use identify::recording::{GRIPPED, Recording};
 use identify::specimen::Specimen;
+use identify::specimen::SpecimenError;
 use nalgebra::{DVector, Vector2, Vector3};
 use optimise::{LeastSquares, Normal, Residuals};
 use rayon::prelude::*;
 use rod::darboux::darboux;
 use rod::{Load, Model, State};
-use solver::batch::Batch;
-use solver::simulation::SimulationError;
 
 use crate::moments::{Memory, Moments};
 
@@ -70,7 +70,7 @@ impl Inside {
     ///
     /// # Errors
     /// If a model is not valid.
-    pub fn predict(&self, recordings: &[Recording], cables: &[Cable]) -> Result<Vec<Prediction>, SimulationError> {
+    pub fn predict(&self, recordings: &[Recording], cables: &[Cable]) -> Result<Vec<Prediction>, SpecimenError> {
         let cases = cases(recordings, cables);
         let runs: Vec<Vec<Prediction>> =
             cases.par_chunks(TOGETHER).map(|cases| self.run(cases, usize::MAX)).collect::<Result<_, _>>()?;
@@ -78,7 +78,7 @@ impl Inside {
     }
 
     /// The model of a cable, with a load on each segment.
-    fn model(&self, cable: &Cable) -> Result<(Model, State), SimulationError> {
+    fn model(&self, cable: &Cable) -> Result<(Model, State), SpecimenError> {
         let (mut model, state) = cable.model(&self.parameters)?;
         let parts = Resolution::SEARCH.segments;
         let inner = model.segments.len() - 1;
@@ -99,7 +99,7 @@ impl Inside {
     }
 
     /// Runs some cables on this thread, side by side where their frames come at the same times.
-    fn run(&self, cases: &[Case<'_>], frames: usize) -> Result<Vec<Prediction>, SimulationError> {
+    fn run(&self, cases: &[Case<'_>], frames: usize) -> Result<Vec<Prediction>, SpecimenError> {
         let longest = cases.iter().map(|case| &case.recording.time).max_by_key(|time| time.len());
         let are_together = |longest: &Vec<f64>| cases.iter().all(|case| are_in_time(&case.recording.time, longest));
         if !longest.is_none_or(are_together) {
@@ -194,7 +194,7 @@ struct Bearing<'a> {
 }
 
 impl Watch for Bearing<'_> {
-    fn act(&mut self, batch: &mut Batch, dt: f64) -> Result<(), SimulationError> {
+    fn act(&mut self, batch: &mut Batch, dt: f64) -> Result<(), SpecimenError> {
         let Some(moments) = &self.inside.law.moments else { return Ok(()) };
         for (index, Run { model, now, memory, .. }) in self.copies.iter_mut().enumerate() {
             self.inside.bear(moments, model, now, memory, dt, &mut self.torques);
@@ -225,7 +225,7 @@ pub fn fit(
     law: Law,
     stages: &[Stage],
     watch: &mut dyn FnMut() -> bool,
-) -> Result<Option<Inside>, SimulationError> {
+) -> Result<Option<Inside>, SpecimenError> {
     let cases = cases(recordings, cables);
     let knots = cases.first().filter(|_| law.curvature).map_or(0, |case| case.recording.count() + 2 - 2 * GRIPPED);
     let begin = Inside { parameters: *parameters, law, curvatures: vec![Vector2::zeros(); knots] };
@@ -277,11 +277,11 @@ impl Part<'_> {
 }
 
 impl Residuals for Part<'_> {
-    type Error = SimulationError;
+    type Error = SpecimenError;
 
-    fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SimulationError> {
+    fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SpecimenError> {
         let at = self.begin.at(x);
-        let of = |cases: &[Case<'_>]| -> Result<Normal, SimulationError> {
+        let of = |cases: &[Case<'_>]| -> Result<Normal, SpecimenError> {
             let runs = [at.run(cases, self.frames)?];
             Ok(normal(cases, &runs, &[]))
         };
@@ -290,9 +290,9 @@ impl Residuals for Part<'_> {
         Ok(sum.loss)
     }
 
-    fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SimulationError> {
+    fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SpecimenError> {
         let steps: Vec<f64> = (0..x.len()).map(|k| DIFFERENCES[usize::from(k >= Parameter::DEFAULT.len())]).collect();
-        let of = |cases: &[Case<'_>]| -> Result<Normal, SimulationError> {
+        let of = |cases: &[Case<'_>]| -> Result<Normal, SpecimenError> {
             // The run itself, and one beside it for each coordinate: back where forth would leave its bounds.
             let run = |run: usize| {
                 let mut beside = x.clone();

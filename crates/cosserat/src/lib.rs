@@ -122,25 +122,25 @@ pub mod motion {
 
 /// Stepping a model in time.
 pub mod simulation {
-    pub use solver::batch::Batch;
-    pub use solver::counters::{Counters, StageTimes};
-    pub use solver::formulation::{ContactProjection, Formulation};
-    pub use solver::integrator::Integrator;
-    pub use solver::linear::solvers::SolverKind;
-    pub use solver::simulation::{
+    pub use dynamics::batch::Batch;
+    pub use dynamics::counters::{Counters, StageTimes};
+    pub use dynamics::formulation::{ContactProjection, Formulation};
+    pub use dynamics::simulation::{
         ContactForce, ContactParams, Overlap, Overlapped, Settings, Simulation, SimulationError, StepReport, Touched,
     };
-    pub use solver::snapshot::Snapshot;
-    pub use solver::step::{Status, StepParams};
+    pub use dynamics::snapshot::Snapshot;
+    pub use dynamics::step::{Status, StepParams};
+    pub use jointed::linear::solvers::SolverKind;
+    pub use rod::Integrator;
 }
 
 /// The equilibrium that a state relaxes to, several of them, and those along what is driven.
 pub mod statics {
-    pub use solver::modes::{Mode, Modes, modes, modes_telling};
-    pub use solver::statics::branches::{Branch, BranchParams, Branches, branches};
-    pub use solver::statics::inverse_shape::{RestShapeError, rest_shape};
-    pub use solver::statics::path::{PathEnd, PathEvent, PathEventKind, PathParams, PathPoint, PathReport, path};
-    pub use solver::statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
+    pub use ::statics::branches::{Branch, BranchParams, Branches, branches};
+    pub use ::statics::inverse_shape::{RestShapeError, rest_shape};
+    pub use ::statics::modes::{Mode, Modes, modes, modes_telling};
+    pub use ::statics::path::{PathEnd, PathEvent, PathEventKind, PathParams, PathPoint, PathReport, path};
+    pub use ::statics::{StaticError, StaticMethod, StaticParams, StaticReport, equilibrium};
 }
 
 /// Derivatives of whole runs in formulation `newton` and of equilibria, forward along a few directions and backward for one
@@ -148,7 +148,7 @@ pub mod statics {
 ///
 /// `docs/derivatives.md` of the repository says what they are worth, what they cost and how to use them.
 pub mod derivative {
-    pub use solver::derivative::{
+    pub use sensitivity::{
         AirVariation, DerivativeError, Equilibrium, Forward, HeldVariation, JointVariation, ObstacleVariation,
         Parameter, Recording, Rods, SegmentVariation, StateVariation, Variation, Wanted,
     };
@@ -176,9 +176,9 @@ pub mod optimise {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub mod guess {
-    pub use solver::auto::{Choice, choose};
-    pub use solver::guess::GuessKind;
-    pub use solver::simulation::GuessFactory;
+    pub use dynamics::auto::{Choice, choose};
+    pub use dynamics::guess::GuessKind;
+    pub use dynamics::simulation::GuessFactory;
 }
 
 /// COPINGNet's guesses, from checkpoints that `cargo run -p train` writes: with the cargo feature `learned`.

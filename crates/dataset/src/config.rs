@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use dynamics::formulation::Formulation;
+use dynamics::step::StepParams;
 use names::names;
+use rod::Integrator;
 use scene::sampling::{Family, KNOT_STEPS, Knot, Parameters, TREE_STEPS, Tree};
 use serde::{Deserialize, Serialize};
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::step::StepParams;
 
 use crate::DatasetError;
 

@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use component::{Component, Members, split};
+use dynamics::formulation::Formulation;
 use graph::{Graph, Normal, Norms};
+use jointed::topology::Topology;
 use kernels::Spatial;
 use kernels::math::{Quat, Vec3};
 use rayon::prelude::*;
 use rod::{Model, State};
-use solver::component::{Component, Members, split};
-use solver::formulation::Formulation;
-use solver::topology::Topology;
 
 use crate::DatasetError;
 use crate::config::Split;

@@ -7,16 +7,16 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use component::{Component, Members, split};
+use dynamics::guess::InitialGuess;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
 use graph::{Normal, Norms, corrections, planar_normal};
+use jointed::linear::solvers::SolverKind;
+use jointed::topology::Topology;
 use kernels::Spatial;
 use rod::{Body, Model, State};
 use scene::Scene;
-use solver::component::{Component, Members, split};
-use solver::guess::InitialGuess;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{Settings, Simulation};
-use solver::step::Status;
-use solver::topology::Topology;
 
 use crate::{Config, DatasetError};
 

@@ -1,7 +1,7 @@
 //! Equilibria of cables between two grips, or in one, many at once and without a history.
 //!
 //! [`batch::solve`] answers queries ([`query::Query`]): it finds stable equilibria ([`answer::Equilibrium`]) of the same discrete
-//! energy as that of `solver::statics`, by Newton's method with eight queries side by side. This crate trains no
+//! energy as that of `statics`, by Newton's method with eight queries side by side. This crate trains no
 //! network and knows no evidence.
 //!
 //! ```

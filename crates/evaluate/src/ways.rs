@@ -1,18 +1,18 @@
 //! Ways to simulate a scene, by name: every solver with every guess, and predictions alone.
 
 use catalogue::{GuessName, Row, learned_start, rows};
+use dynamics::auto;
+use dynamics::formulation::{Formulation, Tangent};
+use dynamics::guess::GuessKind;
+use dynamics::simulation::Settings;
+use dynamics::step::StepParams;
 use evaluation::precision::{Start, Way};
 use graph::planar_normal;
+use jointed::linear::cg::CgParams;
+use jointed::linear::precondition::PreconditionerKind;
+use jointed::linear::solvers::SolverKind;
+use rod::Integrator;
 use scene::Scene;
-use solver::auto;
-use solver::formulation::{Formulation, Tangent};
-use solver::guess::GuessKind;
-use solver::integrator::Integrator;
-use solver::linear::cg::CgParams;
-use solver::linear::precondition::PreconditionerKind;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::Settings;
-use solver::step::StepParams;
 
 use crate::context::Size;
 use crate::library::Guesses;

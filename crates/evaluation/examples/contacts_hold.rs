@@ -9,11 +9,11 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation, Touched};
+use dynamics::step::{Status, StepParams};
 use evaluation::passing::passing;
 use rod::measure;
-use solver::formulation::Formulation;
-use solver::simulation::{Settings, Simulation, Touched};
-use solver::step::{Status, StepParams};
 
 /// Steps from one look at swept axes to the next.
 const LOOK: usize = 10;

@@ -300,10 +300,10 @@ pub fn savings(simulations: &[Measured]) -> Vec<GuessSavings> {
 
 #[cfg(test)]
 mod tests {
+    use dynamics::guess::GuessKind;
+    use dynamics::simulation::{GuessFactory, Settings};
+    use jointed::linear::precondition::PreconditionerKind;
     use nalgebra::Vector3;
-    use solver::guess::GuessKind;
-    use solver::linear::precondition::PreconditionerKind;
-    use solver::simulation::{GuessFactory, Settings};
 
     use super::*;
     use crate::guesses::{self, Plan};

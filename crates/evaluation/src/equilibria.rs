@@ -5,8 +5,7 @@ use std::time::Instant;
 use nalgebra::Vector3;
 use scene::Scene;
 use serde::{Deserialize, Serialize};
-use solver::simulation::SimulationError;
-use solver::statics::{StaticMethod, StaticParams, equilibrium};
+use statics::{StaticError, StaticMethod, StaticParams, equilibrium};
 
 use crate::precision::metrics::position_error;
 
@@ -36,7 +35,7 @@ pub fn measure(
     Scene { model, state, .. }: &Scene,
     turns: usize,
     mut go_on: impl FnMut() -> bool,
-) -> Result<Option<Vec<Rest>>, SimulationError> {
+) -> Result<Option<Vec<Rest>>, StaticError> {
     let mut rests: Vec<Rest> = Vec::new();
     for turn in 0..turns {
         let mut first: Option<Vec<Vector3<f64>>> = None;

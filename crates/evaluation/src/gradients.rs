@@ -2,13 +2,13 @@
 
 use std::time::Instant;
 
+use dynamics::formulation::{Formulation, Tangent};
+use dynamics::simulation::{Settings, Simulation, SimulationError};
+use dynamics::step::StepParams;
+use jointed::linear::solvers::SolverKind;
 use scene::Scene;
+use sensitivity::{DerivativeError, Forward, Parameter, Recording, Rods, StateVariation, Wanted};
 use serde::{Deserialize, Serialize};
-use solver::derivative::{DerivativeError, Forward, Parameter, Recording, Rods, StateVariation, Wanted};
-use solver::formulation::{Formulation, Tangent};
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{Settings, Simulation, SimulationError};
-use solver::step::StepParams;
 
 /// Wall times of a run and of its derivatives, least of all repetitions [ms].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -10,18 +10,18 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
+use component::{Component, Members};
+use dynamics::guess::InitialGuess;
+use dynamics::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use jointed::linear::LinearSolver;
+use jointed::linear::cg::CgParams;
+use jointed::linear::precondition::PreconditionerKind;
+use jointed::linear::solvers::SolverKind;
+use jointed::topology::Topology;
 use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{Model, State};
 use serde::{Deserialize, Serialize};
-use solver::component::{Component, Members};
-use solver::guess::InitialGuess;
-use solver::linear::LinearSolver;
-use solver::linear::cg::CgParams;
-use solver::linear::precondition::PreconditionerKind;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::topology::Topology;
 
 /// Steps that are told apart, counted from 1; the last are those after the impulse.
 pub const BUCKETS: [&str; 6] = ["step 1", "step 2", "step 3", "steps 4 to 10", "later steps", "after the impulse"];

@@ -1,17 +1,17 @@
 //! What a scene needs: the cost of each stage, and what is left out because the scene has no use for it.
 
+use component::{Members, split};
+use dynamics::auto::{self, Choice};
+use dynamics::counters::Counters;
+use dynamics::formulation::Formulation;
+use dynamics::guess::GuessKind;
+use dynamics::simulation::{Settings, Simulation, SimulationError};
+use dynamics::step::{Status, StepParams};
+use jointed::linear::solvers::SolverKind;
+use jointed::topology::Topology;
 use rod::Model;
 use scene::Scene;
 use serde::{Deserialize, Serialize};
-use solver::auto::{self, Choice};
-use solver::component::{Members, split};
-use solver::counters::Counters;
-use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{Settings, Simulation, SimulationError};
-use solver::step::{Status, StepParams};
-use solver::topology::Topology;
 
 use crate::stages::Stages;
 

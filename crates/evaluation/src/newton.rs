@@ -1,15 +1,15 @@
 //! Newton's method in a step: the positive matrix and the exact tangent side by side.
 
+use component::Members;
+use dynamics::auto;
+use dynamics::formulation::{Formulation, Tangent};
+use dynamics::simulation::{Settings, Simulation, SimulationError};
+use dynamics::step::StepParams;
+use jointed::topology::Topology;
+use rod::Integrator;
 use rod::{Model, State};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
-use solver::auto;
-use solver::component::Members;
-use solver::formulation::{Formulation, Tangent};
-use solver::integrator::Integrator;
-use solver::simulation::{Settings, Simulation, SimulationError};
-use solver::step::StepParams;
-use solver::topology::Topology;
 
 use crate::compare::{self, Entry};
 use crate::precision::reference;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use dynamics::counters::{Counters, StageTimes};
 use serde::{Deserialize, Serialize};
-use solver::counters::{Counters, StageTimes};
 
 use crate::guesses::Spread;
 

@@ -10,9 +10,10 @@
 //! While contacts neither open nor close, stick nor slide anew, a round is linear, and this is a Krylov method on it. Where a round's
 //! change is much larger than the one before, what is known of earlier rounds is forgotten.
 
+use kernels::flat::{flat, flat_mut};
+
 use super::delassus::{Chunk, Row};
 use super::problem::{Matrix, Unknown, View};
-use kernels::flat::{flat, flat_mut};
 
 /// Rounds that are kept: more say nothing of contacts that open, close, stick or slide in between.
 const MOST: usize = 4;

@@ -10,9 +10,10 @@
 
 mod linked;
 
-use self::linked::{Linked, Links};
 use kernels::flat::{flat, flat_mut};
 use kernels::lane::{Lanes, Real};
+
+use self::linked::{Linked, Links};
 
 /// Three numbers of a contact: along its normal and along two tangents.
 pub type Row = [f64; 3];

@@ -4,6 +4,7 @@
 use std::sync::RwLock;
 use std::sync::atomic::AtomicBool;
 
+use kernels::dispatch::vectorized;
 use rayon::prelude::*;
 
 use super::anderson::{Anderson, Share};
@@ -14,7 +15,6 @@ use super::problem::{Matrix, Problem, Unknown, View};
 use super::redundant_pairs::{self, RedundantPair};
 use crate::team::pieces::{Pieces, Taken};
 use crate::team::{self, Team};
-use kernels::dispatch::vectorized;
 
 /// Sweeps up to which force moves within redundant pairs. What takes more is held up by more than they are: force would go to and fro between them.
 const MOVING: usize = 6;

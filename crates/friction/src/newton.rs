@@ -8,12 +8,12 @@
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
+use kernels::dispatch::vectorized;
 
 use super::cone::{length, natural_residual};
 use super::delassus::{Chunk, Row};
 use super::problem::Problem;
 use crate::params::SolverParams;
-use kernels::dispatch::vectorized;
 
 /// Memory of the method.
 pub(crate) struct Newton {

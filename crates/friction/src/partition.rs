@@ -8,9 +8,10 @@
 
 use std::ops::Range;
 
+use kernels::math::Vec3;
+
 use super::buckets;
 use super::delassus::Delassus;
-use kernels::math::Vec3;
 
 /// Contacts from which on there are two leaves, and to a leaf where there are more, at least: fewer are not worth a piece of work of
 /// their own.

@@ -12,11 +12,12 @@
 
 use std::ops::Range;
 
+use kernels::dispatch::vectorized;
+use kernels::lane::Real;
+
 use super::cone::{Coulomb, Own, natural_residual};
 use super::delassus::{Block3, Chunk, Delassus, Moved, Row};
 use super::partition::Partition;
-use kernels::dispatch::vectorized;
-use kernels::lane::Real;
 
 /// What a sweep knows of a contact.
 #[derive(Clone, Copy, Debug)]

@@ -15,10 +15,10 @@
 //! [`Features`] holds the memory; filling allocates nothing. Inputs are neither whitened nor clipped here: see
 //! [`crate::Whitening`].
 
+use component::Component;
 use kernels::Spatial;
 use kernels::dispatch::vectorized;
 use kernels::math::Vec3;
-use solver::component::Component;
 
 use crate::particular::Particular;
 use crate::{Channel, Graph, put};
@@ -178,7 +178,7 @@ impl Features {
     #[inline(always)]
     fn scale(&self, graph: &Graph, component: &Component<f64>) -> f64 {
         let shift: f64 = self.particular.shift.iter().map(|x| x.norm_squared()).sum();
-        let squared = |(edge, terms): (&crate::Edge, &solver::system::JointTerms<f64>)| {
+        let squared = |(edge, terms): (&crate::Edge, &jointed::system::JointTerms<f64>)| {
             terms.rhs.angular.norm_squared() * edge.length.powi(4)
         };
         let bend: f64 = graph.edges().iter().zip(&component.system.joints).map(squared).sum();

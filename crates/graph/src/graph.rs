@@ -2,9 +2,9 @@
 
 use std::collections::{HashMap, VecDeque};
 
+use component::Members;
+use jointed::topology::Topology;
 use rod::{Body, Model};
-use solver::component::Members;
-use solver::topology::Topology;
 
 /// What stays the same of a node: a segment, or an anchor in the ground that a joint holds on to.
 ///
@@ -89,7 +89,7 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// The graph of one connected set of a model's segments, as [`solver::component::split`] gives it.
+    /// The graph of one connected set of a model's segments, as [`component::split`] gives it.
     ///
     /// Nodes are in the order of the solver's bodies: segments, then anchors.
     pub fn new(model: &Model, members: &Members, topology: &Topology) -> Self {

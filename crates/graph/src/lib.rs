@@ -36,8 +36,8 @@ pub use paper::Norms;
 pub use planar::{Normal, planar_normal, project_to_plane};
 pub use whitening::Whitening;
 
+use component::Component;
 use kernels::Spatial;
-use solver::component::Component;
 
 /// `dp = M^-1 J^T dlambda`: the corrections (dx [m], dphi [rad], world axes) that multipliers bring about, one entry a
 /// node, zero where it is fixed. The system in `component` must be the one that `dlambda` solves.

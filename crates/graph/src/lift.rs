@@ -6,10 +6,10 @@
 //! it and all nodes beyond, and the bend-twist rows with zero residual say `alpha~ lambda_b = -C_b`. Of a set without a
 //! fixed body, the mass centre stays where the prediction has it.
 
+use component::{BodyPose, Component};
 use kernels::Spatial;
 use kernels::dispatch::vectorized;
 use kernels::math::Vec3;
-use solver::component::{BodyPose, Component};
 
 use crate::Graph;
 use crate::particular::{mass, take_out_mean};

@@ -14,9 +14,9 @@
 //!   component over the training samples, so that every target lies in [-1, 1].
 //! - *Direction*: one edge a joint, from its body a to its body b.
 
+use component::BodyPose;
 use kernels::Spatial;
 use serde::{Deserialize, Serialize};
-use solver::component::BodyPose;
 
 use crate::{Graph, put};
 

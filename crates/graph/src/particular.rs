@@ -6,10 +6,10 @@
 //! segments beyond it need together, and the moment that keeps them from turning. Of a set without a fixed body the mean
 //! shift is taken out, because no force acts on it from outside. Edges that close a loop carry nothing.
 
+use component::Component;
+use jointed::system::System;
 use kernels::Spatial;
 use kernels::math::Vec3;
-use solver::component::Component;
-use solver::system::System;
 
 use crate::Graph;
 

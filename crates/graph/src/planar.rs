@@ -1,10 +1,10 @@
 //! Rods that lie, and stay, in a plane.
 
+use component::Component;
 use kernels::Spatial;
 use kernels::math::Vec3;
 use nalgebra::Vector3;
 use rod::{Model, State};
-use solver::component::Component;
 
 /// The body axis that is normal to a planar rod's plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -18,10 +18,10 @@
 //! multipliers in the sender's frame, in m n s l^2, as in [`crate::body_frame`]. The map is affine: [`Semi::adjoint`]
 //! takes gradients back through it.
 
+use component::Component;
+use jointed::system::System;
 use kernels::Spatial;
 use kernels::math::Vec3;
-use solver::component::Component;
-use solver::system::System;
 
 use crate::body_frame::Features;
 use crate::particular::{mass, take_out_mean};
@@ -214,9 +214,9 @@ pub fn fill_node_targets(
 
 #[cfg(test)]
 mod tests {
+    use component::split;
     use nalgebra::Vector3;
     use rod::{Assembly, Material, RodSpec, shape};
-    use solver::component::split;
 
     use super::*;
 
@@ -236,8 +236,8 @@ mod tests {
             let (members, topology) = split(&model).swap_remove(0);
             let graph = Graph::new(&model, &members, &topology);
             let mut component = Component::<f64>::new(&model, &state, topology.into(), &[&members]);
-            component.predict(0.0, 0.02, solver::formulation::Formulation::Xpbd);
-            component.evaluate(solver::formulation::Formulation::Xpbd);
+            component.predict(0.0, 0.02, dynamics::formulation::Formulation::Xpbd);
+            component.evaluate(dynamics::formulation::Formulation::Xpbd);
             // The linear part alone.
             component.system.joints.iter_mut().for_each(|joint| joint.rhs = Spatial::zero());
 

@@ -6,10 +6,10 @@
 //! polynomial's last error (root mean square over the nodes), so that they are of order 1 at any time step and stiffness;
 //! without a history, in units of s / l ([`crate::body_frame`]).
 
+use component::Component;
+use dynamics::snapshot::StateVisitor;
 use kernels::dispatch::vectorized;
 use kernels::math::Vec3;
-use solver::component::Component;
-use solver::snapshot::StateVisitor;
 
 use crate::{Channel, Graph, put};
 

@@ -9,11 +9,11 @@ use rod::{
     Pose, RestShape, RodSpec, Springs, State, Wind,
 };
 use serde::{Deserialize, Serialize};
-use solver::simulation::SimulationError;
 
 use crate::parameter::{PLACES, Parameter, Parameters};
 use crate::recording::{GRIPPED, Recording};
 use crate::specimen::Specimen;
+use crate::specimen::SpecimenError;
 use crate::spline;
 
 /// Gravitational acceleration [m/s^2].
@@ -201,7 +201,7 @@ impl Specimen for Cable {
         (GRIPPED..GRIPPED + self.places.len()).collect()
     }
 
-    fn model(&self, parameters: &Parameters) -> Result<(Model, State), SimulationError> {
+    fn model(&self, parameters: &Parameters) -> Result<(Model, State), SpecimenError> {
         let mut assembly = self.assembly(parameters);
         turn(assembly.state_mut(), &self.turns(parameters));
         Ok(assembly.finish())

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 use optimise::{LeastSquares, Normal};
-use solver::simulation::SimulationError;
 
 use crate::quantity::Quantity;
 use crate::recording::Recording;
+use crate::specimen::SpecimenError;
 use crate::specimen::{Numbers, Specimen};
 
 mod part;
@@ -62,7 +62,7 @@ pub fn fit<S: Specimen>(
     start: &S::Numbers,
     search: &Search<Of<S>>,
     watch: &mut dyn FnMut(&Iteration) -> bool,
-) -> Result<Fit<S::Numbers>, SimulationError> {
+) -> Result<Fit<S::Numbers>, SpecimenError> {
     searched(recordings, specimens, None, start, search, watch)
 }
 
@@ -81,7 +81,7 @@ pub fn fit_finer<S: Specimen>(
     start: &S::Numbers,
     search: &Search<Of<S>>,
     watch: &mut dyn FnMut(&Iteration) -> bool,
-) -> Result<Fit<S::Numbers>, SimulationError> {
+) -> Result<Fit<S::Numbers>, SpecimenError> {
     searched(recordings, specimens, Some(finer), start, search, watch)
 }
 
@@ -92,7 +92,7 @@ fn searched<S: Specimen>(
     start: &S::Numbers,
     search: &Search<Of<S>>,
     watch: &mut dyn FnMut(&Iteration) -> bool,
-) -> Result<Fit<S::Numbers>, SimulationError> {
+) -> Result<Fit<S::Numbers>, SpecimenError> {
     let searches = search.alternatives();
     let last = search.stages.len().saturating_sub(1);
     let mut done = 0;
@@ -143,7 +143,7 @@ impl<'a, S: Specimen> Way<'a, S> {
         specimens: &[S],
         start: &S::Numbers,
         search: &'a Search<Of<S>>,
-    ) -> Result<Self, SimulationError> {
+    ) -> Result<Self, SpecimenError> {
         let mut way = Self::from(recordings, specimens, start, search);
         if let Some(first) = way.parts.first() {
             way.least.x = coordinates(&search.free, &first.begun()?);
@@ -172,7 +172,7 @@ impl<'a, S: Specimen> Way<'a, S> {
         stages: Range<usize>,
         done: &mut usize,
         watch: &mut dyn FnMut(&Iteration) -> bool,
-    ) -> Result<(), SimulationError> {
+    ) -> Result<(), SpecimenError> {
         for stage in stages {
             self.stage = stage;
             self.parts[stage].weigh(&self.least.x)?;
@@ -194,7 +194,7 @@ impl<'a, S: Specimen> Way<'a, S> {
     }
 
     /// What was found. Where the user does not want to wait, the stage that was reached must do.
-    fn end(self) -> Result<Fit<S::Numbers>, SimulationError> {
+    fn end(self) -> Result<Fit<S::Numbers>, SpecimenError> {
         let part = &self.parts[self.stage];
         let parameters = self.numbers();
         let runs = part.runs(&parameters)?;
@@ -208,7 +208,7 @@ impl<'a, S: Specimen> Way<'a, S> {
         mut finer: Part<'_, S>,
         done: usize,
         watch: &mut dyn FnMut(&Iteration) -> bool,
-    ) -> Result<Fit<S::Numbers>, SimulationError> {
+    ) -> Result<Fit<S::Numbers>, SpecimenError> {
         let part = &self.parts[self.stage];
         let runs = part.runs(&self.numbers())?;
         finer.usual = part.usual;

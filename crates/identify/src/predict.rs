@@ -1,16 +1,17 @@
 //! Predictions: what is identified, simulated with the motion of its grips.
 
+use dynamics::auto::choose;
+use dynamics::batch::Batch;
+use dynamics::formulation::{Formulation, Tangent};
+use dynamics::simulation::{GuessFactory, Settings};
+use dynamics::step::{Status, StepParams};
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use rod::Integrator;
 use rod::{Model, State};
-use solver::auto::choose;
-use solver::batch::Batch;
-use solver::formulation::{Formulation, Tangent};
-use solver::integrator::Integrator;
-use solver::simulation::{GuessFactory, Settings, SimulationError};
-use solver::step::{Status, StepParams};
 
 use crate::specimen::Specimen;
+use crate::specimen::SpecimenError;
 
 /// Specimens that are simulated together: the lanes of a vector register.
 pub const TOGETHER: usize = 8;
@@ -50,7 +51,7 @@ pub fn predict<S: Specimen>(
     numbers: &S::Numbers,
     frames: usize,
     steps: usize,
-) -> Result<Vec<Prediction>, SimulationError> {
+) -> Result<Vec<Prediction>, SpecimenError> {
     predict_each(&specimens.iter().map(|specimen| (specimen, numbers)).collect::<Vec<_>>(), frames, steps)
 }
 
@@ -59,7 +60,7 @@ pub(crate) fn predict_each<S: Specimen>(
     copies: &[(&S, &S::Numbers)],
     frames: usize,
     steps: usize,
-) -> Result<Vec<Prediction>, SimulationError> {
+) -> Result<Vec<Prediction>, SpecimenError> {
     let same_times = |a: &(&S, &S::Numbers), b: &(&S, &S::Numbers)| are_in_time(a.0.time(), b.0.time());
     let groups: Vec<_> = copies.chunk_by(same_times).flat_map(|group| group.chunks(TOGETHER)).collect();
     let all: Result<Vec<Vec<Prediction>>, _> =
@@ -77,7 +78,7 @@ fn together<S: Specimen>(
     copies: &[(&S, &S::Numbers)],
     frames: usize,
     steps: usize,
-) -> Result<Vec<Prediction>, SimulationError> {
+) -> Result<Vec<Prediction>, SpecimenError> {
     let models: Vec<(Model, State)> =
         copies.iter().map(|(specimen, numbers)| specimen.model(numbers)).collect::<Result<_, _>>()?;
     let times: Vec<&[f64]> =
@@ -97,7 +98,7 @@ pub trait Watch {
     ///
     /// # Errors
     /// If what it does is not possible.
-    fn act(&mut self, _batch: &mut Batch, _dt: f64) -> Result<(), SimulationError> {
+    fn act(&mut self, _batch: &mut Batch, _dt: f64) -> Result<(), SpecimenError> {
         Ok(())
     }
 
@@ -121,7 +122,7 @@ pub fn simulated(
     times: &[&[f64]],
     steps: usize,
     watch: &mut dyn Watch,
-) -> Result<Vec<usize>, SimulationError> {
+) -> Result<Vec<usize>, SpecimenError> {
     let copies: Vec<_> = models.iter().map(|(model, state)| (model, state)).collect();
     let (Some((first, _)), Some(longest)) = (models.first(), times.iter().max_by_key(|time| time.len())) else {
         return Ok(Vec::new());

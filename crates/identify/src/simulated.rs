@@ -9,13 +9,13 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rod::KeyframeError;
-use solver::simulation::SimulationError;
 use thiserror::Error;
 
 use crate::cable::{Cable, Resolution};
 use crate::parameter::Parameters;
 use crate::predict::predict;
 use crate::recording::Recording;
+use crate::specimen::SpecimenError;
 
 /// Markers along the cable, those in the grips included.
 const MARKERS: usize = 9;
@@ -55,7 +55,7 @@ pub enum SimulatedError {
     /// Its grips make no motion.
     Grips(#[from] KeyframeError),
     /// It cannot be simulated.
-    Simulation(#[from] SimulationError),
+    Simulation(#[from] SpecimenError),
 }
 
 /// Recordings of a cable of about 0.7 m with these parameters, which hangs between two grips that sway and lean.

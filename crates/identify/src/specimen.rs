@@ -2,11 +2,24 @@
 
 use std::ops::{Index, IndexMut};
 
+use dynamics::simulation::SimulationError;
 use nalgebra::Vector3;
 use rod::{Model, State};
-use solver::simulation::SimulationError;
+use statics::StaticError;
+use thiserror::Error;
 
 use crate::quantity::Quantity;
+
+/// Why a specimen cannot be predicted.
+#[derive(Debug, Error)]
+pub enum SpecimenError {
+    /// It cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// It has no equilibrium to begin with.
+    #[error(transparent)]
+    Static(#[from] StaticError),
+}
 
 /// A value for each quantity of what is identified.
 pub trait Numbers:
@@ -72,7 +85,7 @@ pub trait Specimen: Clone + Send + Sync {
     ///
     /// # Errors
     /// If there is no state to begin with.
-    fn model(&self, numbers: &Self::Numbers) -> Result<(Model, State), SimulationError>;
+    fn model(&self, numbers: &Self::Numbers) -> Result<(Model, State), SpecimenError>;
 
     /// The free markers in a state [m].
     fn markers(&self, numbers: &Self::Numbers, model: &Model, state: &State) -> Vec<Vector3<f64>>;

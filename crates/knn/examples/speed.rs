@@ -4,12 +4,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use dataset::{Dataset, Split};
+use dynamics::guess::InitialGuess;
+use jointed::linear::LinearSolver;
+use jointed::linear::cg::CgParams;
+use jointed::linear::precondition::PreconditionerKind;
+use jointed::linear::solvers::SolverKind;
 use knn::{Knn, KnnGuess, Params};
-use solver::guess::InitialGuess;
-use solver::linear::LinearSolver;
-use solver::linear::cg::CgParams;
-use solver::linear::precondition::PreconditionerKind;
-use solver::linear::solvers::SolverKind;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);

@@ -20,13 +20,12 @@ pub mod tree;
 
 use std::sync::Arc;
 
+use component::Component;
 use dataset::{Dataset, PaperBatch, Split};
+use dynamics::guess::InitialGuess;
+use dynamics::projection::Projection;
 use graph::{Channel, Graph, Normal, Norms, Whitening, paper, project_to_plane};
 use kernels::Spatial;
-use solver::component::Component;
-use solver::guess::InitialGuess;
-use solver::projection::Projection;
-
 use tree::{Nearest, Tree};
 
 /// Inputs of a data point.

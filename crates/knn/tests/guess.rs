@@ -2,20 +2,20 @@
 
 use std::sync::Arc;
 
+use component::Members;
 use dataset::{Config, Dataset, Scenario, Split, generate};
+use dynamics::formulation::Formulation;
+use dynamics::guess::InitialGuess;
+use dynamics::projection::Projection;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::{Status, StepParams};
 use graph::Graph;
+use jointed::linear::solvers::SolverKind;
+use jointed::topology::Topology;
 use kernels::Spatial;
 use knn::{Knn, KnnGuess, Params};
+use rod::Integrator;
 use rod::Model;
-use solver::component::Members;
-use solver::formulation::Formulation;
-use solver::guess::InitialGuess;
-use solver::integrator::Integrator;
-use solver::linear::solvers::SolverKind;
-use solver::projection::Projection;
-use solver::simulation::{Settings, Simulation};
-use solver::step::{Status, StepParams};
-use solver::topology::Topology;
 
 fn dataset(directory: &std::path::Path, scenario: Scenario) -> Dataset {
     let config = Config { train_trajectories: 6, validation_trajectories: 1, steps: 10, ..Config::table_1(scenario) };

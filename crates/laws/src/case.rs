@@ -3,11 +3,11 @@
 use std::fmt;
 use std::path::Path;
 
-use solver::formulation::{Formulation, Tangent};
-use solver::integrator::Integrator;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::Settings;
-use solver::step::StepParams;
+use dynamics::formulation::{Formulation, Tangent};
+use dynamics::simulation::Settings;
+use dynamics::step::StepParams;
+use jointed::linear::solvers::SolverKind;
+use rod::Integrator;
 use thiserror::Error;
 
 /// Formulation, integrator and linear solver of a run.

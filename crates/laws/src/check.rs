@@ -2,11 +2,11 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use dynamics::simulation::Simulation;
+use dynamics::snapshot::Snapshot;
+use dynamics::step::Status;
 use rod::{Body, JointForce, Model, State};
 use scene::Scene;
-use solver::simulation::Simulation;
-use solver::snapshot::Snapshot;
-use solver::step::Status;
 use tempfile::TempDir;
 
 use crate::case::Case;

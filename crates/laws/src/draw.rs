@@ -13,11 +13,11 @@ mod held;
 mod obstacles;
 mod rods;
 
+use dynamics::formulation::Formulation;
+use jointed::linear::precondition::PreconditionerKind;
+use jointed::linear::solvers::SolverKind;
 use nalgebra::Vector3;
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::linear::precondition::PreconditionerKind;
-use solver::linear::solvers::SolverKind;
+use rod::Integrator;
 
 use crate::case::{Case, Method};
 use crate::check::refusal;

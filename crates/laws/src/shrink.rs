@@ -1,8 +1,8 @@
 //! Smaller cases that still break a law.
 
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::linear::solvers::SolverKind;
+use dynamics::formulation::Formulation;
+use jointed::linear::solvers::SolverKind;
+use rod::Integrator;
 use toml::{Table, Value};
 
 use crate::case::{Case, Method};

@@ -1,11 +1,11 @@
 //! What a step shows of a run.
 
+use dynamics::formulation::Formulation;
+use dynamics::simulation::ContactForce;
+use dynamics::step::{Status, StepParams};
 use nalgebra::{UnitQuaternion, Vector3};
+use rod::Integrator;
 use rod::{Body, Joint, JointForce, Model, ObstacleShape, Pose, State};
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::simulation::ContactForce;
-use solver::step::{Status, StepParams};
 
 use crate::case::Method;
 use crate::exclusion::Excluded;

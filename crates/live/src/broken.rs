@@ -2,7 +2,7 @@
 
 use std::io;
 
-use solver::simulation::SimulationError;
+use dynamics::simulation::SimulationError;
 use thiserror::Error;
 
 /// Why a live view cannot start or go on, or why an input is refused.

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
+use dynamics::simulation::{Simulation, SimulationError};
+use dynamics::snapshot::Snapshot;
 use nalgebra::Vector3;
 use rod::{Body, Driven, Model, Motion, State};
-use solver::simulation::{Simulation, SimulationError};
-use solver::snapshot::Snapshot;
 
 use crate::LiveError;
 use crate::hand::{Hand, Pulls, first_load};

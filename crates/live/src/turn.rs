@@ -5,10 +5,10 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use dynamics::simulation::Simulation;
+use dynamics::step::Status;
 use rod::{JointForce, Model, measure};
 use serde_json::json;
-use solver::simulation::Simulation;
-use solver::step::Status;
 
 use crate::LiveError;
 use crate::command::Command;

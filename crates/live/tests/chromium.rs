@@ -8,11 +8,11 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use browser::{Browser, Look};
+use dynamics::simulation::{Settings, Simulation};
 use live::{Input, Live, Options, Recording, with_hands};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Damping, Friction, Material, Obstacle, ObstacleShape, Pose, RodSpec, Surface, shape};
 use serde_json::Value;
-use solver::simulation::{Settings, Simulation};
 
 const WIDE: Look = Look { width: 1000, height: 760, phone: false, dark: false };
 const PHONE: Look = Look { width: 390, height: 844, phone: true, dark: false };

@@ -9,7 +9,8 @@ use rod::{Changing, JointForce, Model, State, measure};
 use scene::Scene;
 use serde::Serialize;
 use serde_json::{Map, Value};
-use solver::statics::path::{PathEnd, PathEvent, PathParams, PathPoint, path};
+use statics::path::{PathEnd, PathEvent, PathParams, PathPoint, path};
+use terminal::{Progress, say};
 
 use crate::at_rest::AtRest;
 use crate::cli::StaticArgs;
@@ -17,7 +18,6 @@ use crate::files::PATH;
 use crate::numbers::number;
 use crate::outcome::Outcome;
 use crate::sought::{Sought, begun, params, tell};
-use terminal::{Progress, say};
 
 #[derive(Serialize)]
 struct Report {

@@ -2,11 +2,11 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use dynamics::step::Status;
 use rod::measure::{stretch_gap, widest_gap};
 use rod::{Body, Model, State};
 use scene::Scene;
 use serde::Serialize;
-use solver::step::Status;
 
 use crate::held::place;
 use crate::numbers::number;

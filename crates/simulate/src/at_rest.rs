@@ -4,19 +4,19 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result};
 use chart::Conditions;
+use dynamics::counters::StageTimes;
+use dynamics::simulation::{ContactForce, contact_wrenches};
 use rod::measure::energy;
 use rod::{JointForce, Model, State};
 use scene::Scene;
 use serde::Serialize;
-use solver::counters::StageTimes;
-use solver::simulation::{ContactForce, contact_wrenches};
+use terminal::Progress;
 use view::{Frame, Recorder};
 
 use crate::cli::StaticArgs;
 use crate::files::{Files, Wanted, Written, write_player};
 use crate::plots;
 use crate::sample::{Sample, length};
-use terminal::Progress;
 
 /// What is written of equilibria.
 pub(crate) struct AtRest<'a> {

@@ -7,9 +7,9 @@ use std::f64::consts::TAU;
 use std::fmt::{self, Display, Formatter};
 
 use rod::Body;
+use rod::Integrator;
 use scene::Scene;
 use serde::Serialize;
-use solver::integrator::Integrator;
 
 use crate::braking::Braking;
 use crate::coarse::{Loss, at_stake};

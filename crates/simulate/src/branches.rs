@@ -4,15 +4,15 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use serde::Serialize;
-use solver::statics::branches::{Branch, BranchParams, branches};
-use solver::statics::{StaticParams, equilibrium};
+use statics::branches::{Branch, BranchParams, branches};
+use statics::{StaticParams, equilibrium};
+use terminal::{Progress, say};
 
 use crate::at_rest::AtRest;
 use crate::cli::StaticArgs;
 use crate::numbers::{energy_scale, number, unless_noise};
 use crate::outcome::Outcome;
 use crate::sought::{Sought, begun, params, still, tell};
-use terminal::{Progress, say};
 
 #[derive(Serialize)]
 struct Report {

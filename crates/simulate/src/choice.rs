@@ -2,13 +2,13 @@
 
 use anyhow::{Result, bail};
 use catalogue::{GuessName, learned_start};
+use dynamics::auto::{self, Choice};
+use dynamics::formulation::Formulation;
+use dynamics::step::StepParams;
+use jointed::linear::cg::CgParams;
+use jointed::linear::solvers::SolverKind;
+use rod::Integrator;
 use scene::Scene;
-use solver::auto::{self, Choice};
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::linear::cg::CgParams;
-use solver::linear::solvers::SolverKind;
-use solver::step::StepParams;
 
 use crate::cli::{RunArgs, SceneArgs};
 use crate::solver_name::SolverName;

@@ -7,19 +7,19 @@ use catalogue::{GuessName, Sources};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use dataset::Scenario;
+use dynamics::formulation::{ContactProjection, Formulation, Tangent};
 use export::Format;
+use jointed::linear::precondition::PreconditionerKind;
 use live::Recording;
+use rod::Integrator;
 use scene::{Origin, Scene};
-use solver::formulation::{ContactProjection, Formulation, Tangent};
-use solver::integrator::Integrator;
-use solver::linear::precondition::PreconditionerKind;
-use solver::statics::StaticMethod;
+use statics::StaticMethod;
+use terminal::{positive, threads};
 
 use crate::files::{MODES, Wanted};
 use crate::learned_start::Begin;
 use crate::plots;
 use crate::solver_name::SolverName;
-use terminal::{positive, threads};
 
 /// Folder of the runs' folders where none is named.
 pub(crate) const OUT: &str = "out";

@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 use std::fmt::{self, Display, Formatter};
 
+use rod::Integrator;
 use rod::{Mode, Model, Restoring};
 use scene::Scene;
 use serde::Serialize;
-use solver::integrator::Integrator;
 
 use crate::measured::Measured;
 use crate::numbers::{number, share};

@@ -4,19 +4,19 @@ use anyhow::Result;
 use catalogue::{Guess, GuessName, Recipe, Training};
 use clap::Parser;
 use comfy_table::{CellAlignment, Table};
+use dynamics::guess::GuessKind;
+use dynamics::simulation::{GuessFactory, Settings};
 use evaluation::compare::{self, Cost, Entry, EntryRun};
 use evaluation::guesses::Spread;
 use graph::{Normal, planar_normal};
-use solver::guess::GuessKind;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{GuessFactory, Settings};
+use jointed::linear::solvers::SolverKind;
+use terminal::{Progress, say};
 
 use crate::choice::way;
 use crate::cli::Cli;
 use crate::outcome::Outcome;
 use crate::run;
 use crate::scenes::{scene, settings};
-use terminal::{Progress, say};
 
 /// What is run, as flags: the formulation is the paper's, which networks are trained with.
 const FLAGS: [&str; 6] = ["--formulation", "xpbd", "--solver", "cg", "--guess", "gn-best"];
@@ -123,9 +123,9 @@ fn verdict(rows: &[EntryRun]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use dynamics::counters::Counters;
+    use dynamics::step::Status;
     use evaluation::stages::Stages;
-    use solver::counters::Counters;
-    use solver::step::Status;
 
     use super::*;
 

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result, anyhow};
+use dynamics::simulation::{ContactForce, Touched};
+use dynamics::snapshot::Snapshot;
 use export::{
     Format, Names, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, csv_field, write_format,
     write_json, write_probes, write_snapshots,
@@ -11,8 +13,6 @@ use live::Recording;
 use rod::{JointForce, Model, Part, Probe, State, Wrench};
 use scene::Scene;
 use serde::Serialize;
-use solver::simulation::{ContactForce, Touched};
-use solver::snapshot::Snapshot;
 use terminal::Progress;
 use view::Recorder;
 

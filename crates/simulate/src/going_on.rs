@@ -5,10 +5,10 @@ use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use dynamics::snapshot::Snapshot;
 use export::{RunFolder, read_words, write_words};
 use rod::{Driven, Model};
 use scene::Scene;
-use solver::snapshot::Snapshot;
 
 use crate::held::Hold;
 

@@ -1,12 +1,12 @@
 //! What is held where a run begins with the end of another one: the courses of grips are to lead on from there.
 
 use anyhow::{Result, bail};
+use dynamics::simulation::{Simulation, Taken, TimedGrip};
 use nalgebra::{Quaternion, UnitQuaternion};
 use rod::measure::stretch_gap;
 use rod::{Body, Driven, Joint, Model, Pose, State};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
-use solver::simulation::{Simulation, Taken, TimedGrip};
 
 use crate::numbers::number;
 

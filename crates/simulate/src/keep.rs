@@ -4,12 +4,12 @@ use std::collections::HashMap;
 
 use anyhow::{Error, Result};
 use chart::Conditions;
+use dynamics::simulation::{ContactForce, Simulation, contact_wrenches};
+use dynamics::snapshot::Snapshot;
 use export::Envelope;
 use rod::{JointForce, Model, Part, State, Wrench};
 use scene::Scene;
 use serde::Serialize;
-use solver::simulation::{ContactForce, Simulation, contact_wrenches};
-use solver::snapshot::Snapshot;
 use terminal::Progress;
 use view::{Frame, Pressing, Recorder};
 

@@ -9,8 +9,9 @@ use export::TableWriter;
 use rod::State;
 use scene::Scene;
 use serde::Serialize;
-use solver::modes::{Mode, modes_telling};
-use solver::statics::StaticParams;
+use statics::StaticParams;
+use statics::modes::{Mode, modes_telling};
+use terminal::{Progress, say};
 use view::{Frame, Recorder};
 
 use crate::cli::ModesArgs;
@@ -19,7 +20,6 @@ use crate::files::{Files, MODES, write_player};
 use crate::numbers::number;
 use crate::outcome::Outcome;
 use crate::sought::{Sought, begun, tell};
-use terminal::{Progress, say};
 
 /// Frames in which a shape swings once.
 const FRAMES: usize = 24;

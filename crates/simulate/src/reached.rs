@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Error;
-use solver::step::Status;
+use dynamics::step::Status;
 
 use crate::apart::Apart;
 

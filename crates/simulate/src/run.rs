@@ -6,17 +6,18 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Error, Result, bail};
 use catalogue::{Guess, GuessName, Training, plane};
 use chart::Conditions;
+use component::Members;
+use dynamics::auto::Choice;
+use dynamics::guess::GuessKind;
+use dynamics::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use dynamics::snapshot::Snapshot;
+use dynamics::step::{Status, StepParams};
 use graph::{Normal, planar_normal};
+use jointed::topology::Topology;
 use live::{Rebuild, Replay};
 use rod::{Model, State};
 use scene::Scene;
-use solver::auto::Choice;
-use solver::component::Members;
-use solver::guess::GuessKind;
-use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::snapshot::Snapshot;
-use solver::step::{Status, StepParams};
-use solver::topology::Topology;
+use terminal::{Progress, say};
 
 use crate::apart::Apart;
 use crate::choice::{Way, way};
@@ -33,7 +34,6 @@ use crate::scenes::{self, Begun, From, left_out, origin, overlapping, settings, 
 use crate::shown::{handled, read_recording, replay, show};
 use crate::summary::{Start, Summary};
 use crate::watch::Watch;
-use terminal::{Progress, say};
 
 /// Runs a scene, writes what was asked for, and prints the summary.
 pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {

@@ -1,9 +1,9 @@
 //! Single frames of a run in numbers: energy, length, what their steps cost.
 
+use dynamics::counters::{Counters, StageTimes};
+use dynamics::simulation::Simulation;
 use rod::measure::{self, Energy};
 use rod::{Model, State};
-use solver::counters::{Counters, StageTimes};
-use solver::simulation::Simulation;
 
 /// Frames that are sampled, at most, beside the first.
 const MOST: usize = 1000;

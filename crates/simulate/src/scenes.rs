@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Error, Result, anyhow, bail};
 use catalogue::GuessName;
+use dynamics::simulation::{Overlap, Overlapped, Settings};
+use dynamics::snapshot::Snapshot;
 use export::TrajectoryReader;
 use rod::{Body, Model, Pose};
 use scene::{Origin, RunDefaults, Scene, SceneText};
-use solver::simulation::{Overlap, Overlapped, Settings};
-use solver::snapshot::Snapshot;
-use solver::statics::{StaticParams, equilibrium};
+use statics::{StaticParams, equilibrium};
 
 use crate::choice::{formulation, integrator};
 use crate::chosen::chosen;

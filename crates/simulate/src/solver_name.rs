@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use solver::linear::solvers::SolverKind;
+use jointed::linear::solvers::SolverKind;
 
 /// A linear solver as it stands on the command line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -5,13 +5,13 @@ use std::time::Instant;
 use anyhow::Result;
 use scene::Scene;
 use serde::Serialize;
-use solver::statics::StaticParams;
+use statics::StaticParams;
+use terminal::say;
 
 use crate::chosen::chosen;
 use crate::cli::{RestArgs, StaticArgs};
 use crate::files::Written;
 use crate::scenes;
-use terminal::say;
 
 /// The scene that is looked at where none is named.
 const FIRST: &str = "heavy-cantilever";

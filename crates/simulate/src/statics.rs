@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use dynamics::simulation::{ContactForce, Touched};
 use rod::measure;
 use serde::Serialize;
-use solver::simulation::{ContactForce, Touched};
-use solver::statics::equilibrium;
+use statics::equilibrium;
+use terminal::{Progress, say};
 
 use crate::at_rest::AtRest;
 use crate::cli::StaticArgs;
@@ -16,7 +17,6 @@ use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::outcome::Outcome;
 use crate::sought::{Sought, begun, params, still, tell};
 use crate::{along, branches, scenes};
-use terminal::{Progress, say};
 
 #[derive(Serialize)]
 struct Report {

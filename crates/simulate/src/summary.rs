@@ -5,12 +5,13 @@ use std::time::Duration;
 use anyhow::Result;
 use catalogue::{GuessName, Origin};
 use comfy_table::Table;
+use dynamics::counters::{Counters, StageTimes};
+use dynamics::simulation::{Settings, Simulation};
+use jointed::linear::solvers::SolverKind;
 use rod::State;
 use scene::Scene;
 use serde::Serialize;
-use solver::counters::{Counters, StageTimes};
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{Settings, Simulation};
+use terminal::say;
 
 use crate::apart::Apart;
 use crate::braked::Braked;
@@ -22,7 +23,6 @@ use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::reached::Reached;
 use crate::sharp::SharpJoint;
 use crate::watch::OfProbes;
-use terminal::say;
 
 /// Wall time per stage [s], summed over threads.
 #[derive(Debug, Serialize)]

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use dynamics::simulation::{ContactForce, Simulation, contact_wrenches};
 use export::Envelope;
 use rod::{JointForce, Model, Probe, Quantity, Reaction, Reading, State, Wrench};
 use serde::Serialize;
-use solver::simulation::{ContactForce, Simulation, contact_wrenches};
 
 /// What one column of a probe reads over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

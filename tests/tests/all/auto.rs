@@ -1,17 +1,17 @@
 //! What is chosen for a scene, and that it costs no accuracy.
 
 use acceptance::Beam;
+use component::Members;
+use dynamics::auto::{Choice, choose};
+use dynamics::formulation::Formulation;
+use dynamics::guess::GuessKind;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::StepParams;
+use jointed::linear::solvers::SolverKind;
+use jointed::topology::Topology;
 use nalgebra::Vector3;
 use rod::{Assembly, Model, State};
 use scene::{builtin, builtins};
-use solver::auto::{Choice, choose};
-use solver::component::Members;
-use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{Settings, Simulation};
-use solver::step::StepParams;
-use solver::topology::Topology;
 
 fn step(formulation: Formulation) -> StepParams {
     StepParams { formulation, ..StepParams::default() }
@@ -40,7 +40,7 @@ fn all_builtin_scenes_are_solved_directly_and_newton_alone_has_a_start() {
         for formulation in Formulation::ALL {
             let choice = choose(&scene.model, &step(formulation), None);
             assert_eq!(choice.solver, SolverKind::Direct, "{}", known.name);
-            let sets = solver::component::split(&scene.model).len();
+            let sets = component::split(&scene.model).len();
             let has_start = formulation.momentum() && choice.in_lanes < sets;
             let expected = if has_start { GuessKind::StepAdaptive } else { GuessKind::Zero };
             assert_eq!(choice.guess, expected, "{}, {formulation}", known.name);

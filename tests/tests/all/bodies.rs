@@ -4,16 +4,16 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use acceptance::{Beam, assert_order, by_euler, relaxed, run, tight};
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
+use jointed::linear::precondition::PreconditionerKind;
+use jointed::linear::solvers::SolverKind;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{
     Assembly, Body, BodyShape, Driven, Friction, Interpolation, JointForce, Keyframe, Material, Model, Motion,
     Obstacle, ObstacleShape, Pose, Reaction, RigidBody, RodSpec, State, Surface, measure, shape,
 };
-use solver::formulation::Formulation;
-use solver::linear::precondition::PreconditionerKind;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{Settings, Simulation};
-use solver::step::Status;
 
 use crate::dynamics::discrete_angular_momentum;
 

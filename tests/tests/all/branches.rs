@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use acceptance::Beam;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, RestShape, RodSpec, Section, State};
-use solver::simulation::SimulationError;
-use solver::statics::branches::{Branch, BranchParams, branches};
+use statics::StaticError;
+use statics::branches::{Branch, BranchParams, branches};
 
 fn stable(found: &[Branch]) -> Vec<&Branch> {
     for Branch { energy, unstable, neutral, state } in found {
@@ -111,7 +111,7 @@ fn what_has_no_energy_and_what_is_not_joined_is_refused() {
     assembly.load(beam.end_load(&rod, Vector3::zeros(), Vector3::y()));
     let (model, state) = assembly.finish();
     let error = branches(&model, &state, &BranchParams::default()).unwrap_err();
-    assert!(matches!(error, SimulationError::Branches(what) if what.contains("torques")), "{error}");
+    assert!(matches!(error, StaticError::Branches(what) if what.contains("torques")), "{error}");
 
     let mut two = Assembly::new(Vector3::zeros());
     for y in [0.0, 1.0] {
@@ -120,5 +120,5 @@ fn what_has_no_energy_and_what_is_not_joined_is_refused() {
     }
     let (model, state) = two.finish();
     let error = branches(&model, &state, &BranchParams::default()).unwrap_err();
-    assert!(matches!(error, SimulationError::Branches(what) if what.contains("joined")), "{error}");
+    assert!(matches!(error, StaticError::Branches(what) if what.contains("joined")), "{error}");
 }

@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use acceptance::tight;
+use dynamics::formulation::Formulation;
+use dynamics::simulation::Simulation;
+use dynamics::step::Status;
 use nalgebra::Vector3;
 use rod::{JointForce, Section, State};
 use scene::Scene;
-use solver::formulation::Formulation;
-use solver::simulation::Simulation;
-use solver::statics::{StaticParams, equilibrium};
-use solver::step::Status;
+use statics::{StaticParams, equilibrium};
 
 /// The scene at rest, and what its joints transmit then.
 fn at_rest(mut scene: Scene) -> (Scene, Vec<JointForce>) {

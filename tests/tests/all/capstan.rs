@@ -3,14 +3,14 @@
 
 use std::f64::consts::{PI, TAU};
 
+use component::Members;
+use dynamics::formulation::Formulation;
+use dynamics::guess::GuessKind;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
+use jointed::topology::Topology;
 use nalgebra::Vector3;
 use rod::{Assembly, Friction, Load, Material, Model, Obstacle, ObstacleShape, RestShape, RodSpec, State, Surface};
-use solver::component::Members;
-use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::simulation::{Settings, Simulation};
-use solver::step::Status;
-use solver::topology::Topology;
 
 const FRICTION: f64 = 0.3;
 /// Radius of the drum [m].

@@ -2,13 +2,13 @@
 //! penetration at speed, the same bits on any number of threads.
 
 use acceptance::Beam;
+use dynamics::counters::Counters;
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
 use nalgebra::{Unit, Vector3};
+use rod::Integrator;
 use rod::{Assembly, Friction, Material, Model, Obstacle, ObstacleShape, State, Surface, measure};
-use solver::counters::Counters;
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::simulation::{Settings, Simulation};
-use solver::step::Status;
 
 const GRAVITY: f64 = 9.81;
 const DT: f64 = 0.01;

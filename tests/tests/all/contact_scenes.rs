@@ -4,14 +4,14 @@ use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
 use collision::closest;
+use dynamics::counters::Counters;
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::{Status, StepParams};
 use evaluation::knot;
 use nalgebra::Vector3;
 use rod::{Body, Model, ObstacleShape, State, shape};
 use scene::Scene;
-use solver::counters::Counters;
-use solver::formulation::Formulation;
-use solver::simulation::{Settings, Simulation};
-use solver::step::{Status, StepParams};
 
 /// Penetration relative to the smaller radius that is never reached.
 const DEEPEST: f64 = 0.02;

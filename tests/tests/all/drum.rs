@@ -2,14 +2,14 @@
 
 use std::f64::consts::{PI, TAU};
 
+use component::Members;
+use dynamics::formulation::Formulation;
+use dynamics::guess::GuessKind;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
+use jointed::topology::Topology;
 use rod::{Body, Friction, JointForce, Model, State};
 use scene::Scene;
-use solver::component::Members;
-use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::simulation::{Settings, Simulation};
-use solver::step::Status;
-use solver::topology::Topology;
 
 const GRAVITY: f64 = 9.81;
 /// Masses of load and counterweight [kg], the first two segments.

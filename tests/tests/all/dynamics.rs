@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use acceptance::vibration::bending_mode;
 use acceptance::{Beam, assert_order, by_euler, run, tight};
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Damping, Model, RestShape, RodSpec, State, measure, shape};
-use solver::formulation::Formulation;
-use solver::simulation::{Settings, Simulation};
-use solver::step::Status;
 
 /// A decaying oscillation.
 struct Oscillation {

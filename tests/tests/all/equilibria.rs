@@ -4,8 +4,8 @@ use acceptance::Beam;
 use nalgebra::Vector3;
 use rod::{Assembly, Load, Model, RodSpec, State, shape};
 use scene::Scene;
-use solver::simulation::SimulationError;
-use solver::statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
+use statics::StaticError;
+use statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
 
 fn found(model: &Model, state: &State, params: StaticParams) -> (State, StaticReport) {
     let mut end = state.clone();
@@ -117,7 +117,7 @@ fn what_is_driven_off_is_refused_and_what_floats_is_not() {
     };
     for (gravity, forces) in [(-9.81, &[][..]), (0.0, &[1.0]), (0.0, &[-1e-3, 2e-3])] {
         let error = free(gravity, forces).unwrap_err();
-        assert!(matches!(error, SimulationError::DrivenOff { segment: 0 }), "{error}");
+        assert!(matches!(error, StaticError::DrivenOff { segment: 0 }), "{error}");
     }
     for forces in [&[][..], &[-1e-3, 1e-3]] {
         let report = free(0.0, forces).unwrap();

@@ -2,12 +2,12 @@
 
 use std::f64::consts::{PI, TAU};
 
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::{Status, StepParams};
 use nalgebra::Vector3;
+use rod::Integrator;
 use rod::{Body, Damping, Load, State, measure};
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::simulation::{Settings, Simulation};
-use solver::step::{Status, StepParams};
 
 #[test]
 fn the_pendulum_swings_as_theory_says() {

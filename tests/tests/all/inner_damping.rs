@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use acceptance::vibration::{Mode, bending_mode};
 use acceptance::{Beam, tight};
+use dynamics::formulation::Formulation;
+use dynamics::simulation::Simulation;
 use nalgebra::Vector3;
 use rod::{Assembly, InnerDamping, Model, RestShape, RodSpec, State, Stretch, measure};
-use solver::formulation::Formulation;
-use solver::simulation::Simulation;
 
 /// A cantilever along x with inner damping whose segments begin with the velocities of `kick`: (v, w) at x / L.
 fn kicked(

@@ -3,14 +3,14 @@
 use std::f64::consts::{PI, TAU};
 
 use acceptance::{Beam, assert_order};
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
 use nalgebra::Vector3;
+use rod::Integrator;
 use rod::{Air, Assembly, Damping, InnerDamping, Material, Model, RodSpec, State, Wind, shape};
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::modes::{Mode, modes, modes_telling};
-use solver::simulation::{Settings, Simulation};
-use solver::statics::StaticParams;
-use solver::step::Status;
+use statics::StaticParams;
+use statics::modes::{Mode, modes, modes_telling};
 
 /// Thin, so that rotary inertia and shear are nothing.
 fn thin(segments: usize) -> Beam {

@@ -9,8 +9,8 @@ use rod::{
     Assembly, Body, Change, Changing, Driven, Interpolation, Keyframe, Model, Motion, RestShape, RodSpec, Section,
     State, Stretch, Track,
 };
-use solver::statics::path::{PathEnd, PathEventKind, PathParams, PathPoint, PathReport, path};
-use solver::statics::{StaticParams, equilibrium};
+use statics::path::{PathEnd, PathEventKind, PathParams, PathPoint, PathReport, path};
+use statics::{StaticParams, equilibrium};
 
 fn followed(model: &Model, state: &State, until: f64) -> (PathReport, Vec<PathPoint>, Vec<State>) {
     let (mut points, mut states) = (Vec::new(), Vec::new());

@@ -1,13 +1,14 @@
 //! The shipped knot pulled beyond what its rope gives: it jams, and the run says so. It never folds through itself.
 
-use crate::contact_scenes::{deepest, neighbours};
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::{Status, StepParams};
 use evaluation::{knot, passing::passing};
 use nalgebra::Vector3;
 use rod::State;
 use scene::Scene;
-use solver::formulation::Formulation;
-use solver::simulation::{Settings, Simulation};
-use solver::step::{Status, StepParams};
+
+use crate::contact_scenes::{deepest, neighbours};
 
 /// What the loose knot takes up of the rope [m], and how fast each end goes in the scene [m/s].
 const SLACK: f64 = 4.35;

@@ -3,7 +3,7 @@
 use acceptance::tight;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Load, Material, Model, RodSpec, Section, State, measure, shape};
-use solver::statics::{StaticParams, equilibrium};
+use statics::{StaticParams, equilibrium};
 
 const MATERIAL: Material = Material { youngs_modulus: 1e7, torsion_modulus: 3e6, density: 1000.0 };
 const LENGTH: f64 = 0.1;

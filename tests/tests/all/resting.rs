@@ -3,8 +3,8 @@
 use acceptance::Beam;
 use nalgebra::{Unit, Vector3};
 use rod::{Assembly, Model, Obstacle, ObstacleShape, State, Surface};
-use solver::simulation::SimulationError;
-use solver::statics::{StaticParams, StaticReport, equilibrium};
+use statics::StaticError;
+use statics::{StaticParams, StaticReport, equilibrium};
 
 fn obstacle(shape: ObstacleShape) -> Obstacle {
     Obstacle { shape, surface: Surface::default(), motion: None }
@@ -119,10 +119,10 @@ fn contacts_that_are_not_known_are_refused() {
     let (mut model, mut state) = assembly.finish();
     model.contacts.between_segments = Some(Surface::default());
     let error = equilibrium(&model, &mut state, &StaticParams::default()).unwrap_err();
-    assert!(matches!(error, SimulationError::StaticContacts(what) if what.contains("between segments")), "{error}");
+    assert!(matches!(error, StaticError::UnknownContacts(what) if what.contains("between segments")), "{error}");
     model.contacts.between_segments = None;
     let (start, end) = (-Vector3::z(), -2.0 * Vector3::z());
     model.contacts.obstacles.push(obstacle(ObstacleShape::Cylinder { start, end, radius: 0.1 }));
     let error = equilibrium(&model, &mut state, &StaticParams::default()).unwrap_err();
-    assert!(matches!(error, SimulationError::StaticContacts(what) if what.contains("cylinders")), "{error}");
+    assert!(matches!(error, StaticError::UnknownContacts(what) if what.contains("cylinders")), "{error}");
 }

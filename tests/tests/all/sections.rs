@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use acceptance::vibration::{Mode, bending_mode};
 use acceptance::{end_of, relaxed};
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Load, Material, Model, RestShape, RodSpec, Section, State, shape};
-use solver::simulation::{Settings, Simulation};
-use solver::statics::{StaticParams, equilibrium};
-use solver::step::Status;
+use statics::{StaticParams, equilibrium};
 
 const RUBBER: Material = Material { youngs_modulus: 1e7, torsion_modulus: 4e6, density: 1000.0 };
 

@@ -2,10 +2,10 @@
 
 use std::num::NonZeroUsize;
 
+use dynamics::simulation::{Settings, Simulation};
 use evaluation::stress;
 use rod::{Model, State};
 use scene::sampling::{Family, Parameters};
-use solver::simulation::{Settings, Simulation};
 
 /// Makes a simulation of a scene; returns whether anything can touch in it.
 fn starts(name: &str, model: &Model, state: &State) -> bool {

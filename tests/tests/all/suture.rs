@@ -1,12 +1,12 @@
 //! A suture pulled through a ring: while it slides, the pull is the weight's times `exp(mu theta)` (Euler and Eytelwein).
 
+use component::Members;
+use dynamics::formulation::Formulation;
+use dynamics::guess::GuessKind;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
+use jointed::topology::Topology;
 use rod::JointForce;
-use solver::component::Members;
-use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::simulation::{Settings, Simulation};
-use solver::step::Status;
-use solver::topology::Topology;
 
 const FRICTION: f64 = 0.2;
 /// Radii of the ring's rim and of the suture [m].

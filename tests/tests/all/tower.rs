@@ -1,8 +1,8 @@
 //! The shipped tower stands: 20 layers of round rods that only friction holds.
 
+use dynamics::simulation::{Settings, Simulation, Touched};
+use dynamics::step::{Status, StepParams};
 use rod::State;
-use solver::simulation::{Settings, Simulation, Touched};
-use solver::step::{Status, StepParams};
 
 /// Layers of the tower, and the radius of its rods [m].
 const LAYERS: f64 = 20.0;

@@ -3,16 +3,16 @@
 use std::f64::consts::TAU;
 
 use acceptance::{Beam, assert_order, end_of, relaxed, run, tight};
+use component::{Component, split};
+use dynamics::formulation::Formulation;
+use dynamics::simulation::Settings;
+use jointed::linear::LinearSolver;
+use jointed::linear::solvers::SolverKind;
 use kernels::Spatial;
 use kernels::math::Vec3;
 use nalgebra::{Rotation3, Vector3};
 use rod::{Assembly, Body, Joint, Model, RodSpec, State, measure, shape};
-use solver::component::{Component, split};
-use solver::formulation::Formulation;
-use solver::linear::LinearSolver;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::Settings;
-use solver::statics::{StaticParams, equilibrium};
+use statics::{StaticParams, equilibrium};
 
 /// Gravity so small that the beam theory of small deflections holds to 1e-8.
 fn small_gravity(beam: &Beam) -> f64 {

@@ -1,12 +1,12 @@
 //! Rods in air against theory, and what wind must never do.
 
 use acceptance::{Beam, run, tight};
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::Status;
 use evaluation::stress;
 use nalgebra::Vector3;
 use rod::{Air, Assembly, Damping, Gusts, Material, Model, State, Wind, measure};
-use solver::formulation::Formulation;
-use solver::simulation::{Settings, Simulation};
-use solver::step::Status;
 
 const GRAVITY: f64 = 9.81;
 

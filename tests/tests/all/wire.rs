@@ -1,12 +1,12 @@
 //! A steel wire that is pushed onto a floor: an elastica between a clamp and a tip that friction holds.
 
+use component::Members;
+use dynamics::formulation::Formulation;
+use dynamics::guess::GuessKind;
+use dynamics::simulation::{Settings, Simulation, contact_wrenches};
+use dynamics::step::Status;
+use jointed::topology::Topology;
 use rod::{JointForce, Quantity, Reaction, Reading};
-use solver::component::Members;
-use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::simulation::{Settings, Simulation, contact_wrenches};
-use solver::step::Status;
-use solver::topology::Topology;
 
 /// Length of the wire, its radius, and by how much the clamp at its upper end is lowered [m].
 const LENGTH: f64 = 1.0;

@@ -2,11 +2,11 @@
 
 use copingnet::{Encoding, Features, GnGuess, Trained, Weights};
 use dataset::{Dataset, Scenario, Split};
+use jointed::linear::LinearSolver;
+use jointed::linear::cg::CgParams;
+use jointed::linear::precondition::PreconditionerKind;
+use jointed::linear::solvers::SolverKind;
 use rayon::prelude::*;
-use solver::linear::LinearSolver;
-use solver::linear::cg::CgParams;
-use solver::linear::precondition::PreconditionerKind;
-use solver::linear::solvers::SolverKind;
 
 use super::{Columns, Measured, Pair};
 

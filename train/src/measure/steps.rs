@@ -3,9 +3,9 @@
 use anyhow::Result;
 use copingnet::{Encoding, GnStepGuess, Trained, Weights};
 use dataset::Scenario;
+use dynamics::guess::{GuessKind, InitialGuess};
 use graph::{Graph, planar_normal};
 use rayon::prelude::*;
-use solver::guess::{GuessKind, InitialGuess};
 
 use super::{Columns, Measured, Pair};
 use crate::steps::{DTS, TOLERANCES, Trajectory};

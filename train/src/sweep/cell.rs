@@ -5,20 +5,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use component::Members;
 use copingnet::{Encoding, Features, GnGuess, Trained, Weights};
 use dataset::Scenario;
+use dynamics::formulation::Formulation;
+use dynamics::guess::InitialGuess;
+use dynamics::simulation::{GuessFactory, Settings};
 use evaluation::ablation::{self, FREE, GuessSavings, NetworkOutcome, PLANAR, Test};
 use evaluation::guesses::{self, Plan as Starts};
 use graph::{Graph, Normal, planar_normal};
+use jointed::linear::precondition::PreconditionerKind;
+use jointed::topology::Topology;
+use rod::Integrator;
 use rod::Model;
 use scene::Scene;
-use solver::component::Members;
-use solver::formulation::Formulation;
-use solver::guess::InitialGuess;
-use solver::integrator::Integrator;
-use solver::linear::precondition::PreconditionerKind;
-use solver::simulation::{GuessFactory, Settings};
-use solver::topology::Topology;
 
 use crate::course::Course;
 use crate::lesson::Taught;

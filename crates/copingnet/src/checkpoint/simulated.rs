@@ -4,8 +4,8 @@ use std::fmt;
 use std::path::Path;
 
 use export::ExportError as CheckpointError;
+use rod::Integrator;
 use serde::{Deserialize, Serialize};
-use solver::integrator::Integrator;
 
 /// How the trajectories of a data set were simulated, as far as what is learned from them depends on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -200,7 +200,7 @@ mod tests {
         let material = rod::Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
         assembly.rod(&rod::RodSpec::new(nodes, 0.05, material));
         let (model, _) = assembly.finish();
-        let (members, topology) = solver::component::split(&model).swap_remove(0);
+        let (members, topology) = component::split(&model).swap_remove(0);
         let mut graphs = Batch::default();
         graphs.push(&graph::Graph::new(&model, &members, &topology));
         let inputs: Vec<f32> = (0..7 * 29).map(|k| (0.9 * k as f32).cos()).collect();

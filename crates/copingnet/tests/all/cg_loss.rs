@@ -2,19 +2,19 @@
 
 use std::sync::Arc;
 
+use component::{Component, Members, split};
 use copingnet::CgLoss;
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use jointed::linear::LinearSolver;
+use jointed::linear::cg::CgParams;
+use jointed::linear::direct::Direct;
+use jointed::linear::precondition::{Preconditioner, PreconditionerKind};
+use jointed::linear::solvers::SolverKind;
+use jointed::system::System;
 use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{Assembly, Material, RodSpec, shape};
-use solver::component::{Component, Members, split};
-use solver::formulation::Formulation;
-use solver::linear::LinearSolver;
-use solver::linear::cg::CgParams;
-use solver::linear::direct::Direct;
-use solver::linear::precondition::{Preconditioner, PreconditionerKind};
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{Settings, Simulation};
-use solver::system::System;
 
 /// The first linear system after a few steps.
 fn component(assembly: Assembly) -> Component<f64> {

@@ -1,11 +1,12 @@
 //! The learned guess: bits that depend on the system alone, no allocations.
 
+use copingnet::{GnGuess, Trained};
+use dynamics::formulation::Formulation;
+use dynamics::guess::InitialGuess;
+use dynamics::projection::Projection;
+
 use crate::moving::scenes::{DT, zeros};
 use crate::moving::{KINDS, Prepared, in_motion, prepared};
-use copingnet::{GnGuess, Trained};
-use solver::formulation::Formulation;
-use solver::guess::InitialGuess;
-use solver::projection::Projection;
 
 impl Prepared {
     /// A guess that has seen nothing.

@@ -1,14 +1,15 @@
 //! The learned start of a whole step: a wrong network costs time, never the motion.
 
-use crate::moving::in_motion;
 use copingnet::{Encoding, Features, GnStepGuess, Head, NetworkConfig, Trained, Weights};
+use dynamics::counters::Counters;
+use dynamics::formulation::Formulation;
+use dynamics::guess::InitialGuess;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::{Status, StepParams};
 use graph::{Graph, Norms, planar_normal};
 use rod::{Model, State};
-use solver::counters::Counters;
-use solver::formulation::Formulation;
-use solver::guess::InitialGuess;
-use solver::simulation::{Settings, Simulation};
-use solver::step::{Status, StepParams};
+
+use crate::moving::in_motion;
 
 fn encoding() -> Encoding {
     let features = Features::History;

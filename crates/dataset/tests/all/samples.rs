@@ -1,14 +1,15 @@
 //! Samples: what is stored rebuilds the linear systems to the last bit, and batches have the right rows.
 
-use crate::common::{generated, small};
 use dataset::{Config, PaperBatch, Scenario, Split, shuffled};
 use graph::{Normal, Norms, corrections, paper};
+use jointed::linear::cg::CgParams;
+use jointed::linear::direct::Direct;
+use jointed::linear::precondition::PreconditionerKind;
+use jointed::linear::solvers::SolverKind;
+use jointed::linear::{LinearSolver, LinearStatus};
 use kernels::Spatial;
-use solver::linear::cg::CgParams;
-use solver::linear::direct::Direct;
-use solver::linear::precondition::PreconditionerKind;
-use solver::linear::solvers::SolverKind;
-use solver::linear::{LinearSolver, LinearStatus};
+
+use crate::common::{generated, small};
 
 fn single(x: Spatial<f64>) -> [f32; 6] {
     x.to_array().map(|x| x as f32)

@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
     Assembly, LineInertia, Load, Material, Model, RestShape, RodSpec, Section, State, Stiffness, Stretch, shape,
 };
-use solver::statics::{StaticParams, equilibrium};
+use statics::{StaticParams, equilibrium};
 
 const GRAVITY: f64 = 9.81;
 

@@ -22,7 +22,7 @@ use rod::{
     shape,
 };
 use safetensors::SafeTensors;
-use solver::statics::{StaticParams, equilibrium};
+use statics::{StaticParams, equilibrium};
 
 const GRAVITY: f64 = 9.81;
 /// Of a junction that weighs next to nothing [kg].

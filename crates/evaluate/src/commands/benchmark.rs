@@ -2,12 +2,12 @@
 
 use anyhow::{Result, bail};
 use clap::Args;
+use dynamics::formulation::{Formulation, Tangent};
+use dynamics::simulation::Settings;
+use dynamics::step::{Status, StepParams};
 use evaluation::benchmark::{BenchmarkError, Experiment, Outcome as Measured, Quantity, experiments};
 use report::Cell;
-use solver::formulation::{Formulation, Tangent};
-use solver::integrator::Integrator;
-use solver::simulation::Settings;
-use solver::step::{Status, StepParams};
+use rod::Integrator;
 use terminal::Progress;
 
 use super::{OutputArgs, conditions};

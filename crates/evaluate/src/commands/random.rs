@@ -7,6 +7,10 @@ use anyhow::{Result, bail};
 use catalogue::{GuessName, Row, Sources, Training, load, rows};
 use clap::Args;
 use dataset::{Config, Scenario};
+use dynamics::formulation::Formulation;
+use dynamics::guess::GuessKind;
+use dynamics::simulation::{GuessFactory, Settings};
+use dynamics::step::StepParams;
 use evaluation::compare::{Entry, EntryRun, run_in_turns};
 use evaluation::guesses::{
     self, BUCKETS, BesideZero, EVERY, IMPULSE_AFTER, IMPULSE_SPEED, IMPULSE_STEPS, NamedStart, Plan, Spread, Tally,
@@ -15,12 +19,8 @@ use evaluation::guesses::{
 use evaluation::precision::{Level, Outer};
 use graph::planar_normal;
 use report::{Block, Cell, Conditions};
+use rod::Integrator;
 use scene::Scene;
-use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::integrator::Integrator;
-use solver::simulation::{GuessFactory, Settings};
-use solver::step::StepParams;
 use terminal::{Progress, positive};
 
 use super::{OutputArgs, at_least_one, conditions, with_networks};

@@ -2,9 +2,9 @@
 
 use anyhow::{Result, bail};
 use clap::Args;
+use dynamics::formulation::Formulation;
 use evaluation::stress;
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
+use rod::Integrator;
 use terminal::Progress;
 
 use super::{OutputArgs, conditions};

@@ -6,13 +6,13 @@ mod show;
 use std::collections::BTreeMap;
 
 use anyhow::Result;
+use dynamics::formulation::Formulation;
 use evaluation::needs::{self, Needs};
+use key::NeedsKey;
 use report::Section as PageSection;
-use solver::formulation::Formulation;
 
 use crate::cells::Section;
 use crate::context::Context;
-use key::NeedsKey;
 
 pub(crate) struct Scenes;
 

@@ -1,10 +1,10 @@
 //! Newton's method in a step: iterations and time with the positive matrix and with the exact tangent.
 
 use anyhow::Result;
+use dynamics::formulation::Tangent;
 use evaluation::newton::{self, Ending};
 use report::{Axis, Cell, LineChart, Section as PageSection, Series};
 use serde::{Deserialize, Serialize};
-use solver::formulation::Tangent;
 
 use crate::blocks::{chart, figure, section, table};
 use crate::cells::Section;

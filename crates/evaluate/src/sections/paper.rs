@@ -3,16 +3,16 @@
 use anyhow::Result;
 use catalogue::rows;
 use dataset::Scenario;
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{GuessFactory, Simulation};
+use dynamics::step::StepParams;
 use evaluation::paper::motions::{self, Trace};
 use evaluation::paper::{CgSolver, DIRECT, NamedGuess};
 use graph::planar_normal;
+use jointed::linear::cg::CgParams;
+use jointed::linear::precondition::PreconditionerKind;
+use rod::Integrator;
 use scene::Scene;
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::linear::cg::CgParams;
-use solver::linear::precondition::PreconditionerKind;
-use solver::simulation::{GuessFactory, Simulation};
-use solver::step::StepParams;
 
 use crate::library::Guesses;
 

@@ -6,19 +6,19 @@ pub(crate) mod show;
 use anyhow::{Context as _, Result};
 use catalogue::rows;
 use dataset::Scenario;
+use dynamics::formulation::Formulation;
+use dynamics::guess::GuessKind;
+use dynamics::simulation::Settings;
 use evaluation::stress::{self, Case, CaseRun};
 use graph::planar_normal;
-use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::linear::cg::CgParams;
-use solver::linear::precondition::PreconditionerKind;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::Settings;
+use jointed::linear::cg::CgParams;
+use jointed::linear::precondition::PreconditionerKind;
+use jointed::linear::solvers::SolverKind;
+use key::{DIRECT, StabilityKey, Value, ZERO};
 
 use crate::cells::Section;
 use crate::context::Context;
 use crate::library::Learned;
-use key::{DIRECT, StabilityKey, Value, ZERO};
 
 /// The section, with its cases.
 pub(crate) struct Stability {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use rod::JointForce;
-use solver::statics::{StaticParams, equilibrium};
+use statics::{StaticParams, equilibrium};
 
 use super::quantity::{Measured, Quantity};
 use super::runs::Runs;

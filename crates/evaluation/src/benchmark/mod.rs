@@ -14,8 +14,7 @@ mod runs;
 mod theory;
 mod twist;
 
-use solver::simulation::Settings;
-
+use ::dynamics::simulation::Settings;
 use quantity::Measured;
 use runs::Runs;
 

@@ -22,8 +22,10 @@ pub(super) fn pile(runs: &mut Runs<'_>) -> Measured {
         let energy = measure::energy(model, now.state);
         (highest, kinetic) = (highest.max(energy.total() - first), energy.kinetic);
         if now.time > 0.8 * until {
-            let ground =
-                now.contacts.iter().filter(|contact| matches!(contact.other, solver::simulation::Touched::Obstacle(_)));
+            let ground = now
+                .contacts
+                .iter()
+                .filter(|contact| matches!(contact.other, dynamics::simulation::Touched::Obstacle(_)));
             borne.push(ground.map(|contact| contact.force.z).sum::<f64>());
         }
     })?;

@@ -1,8 +1,8 @@
 //! What an experiment measures, and whether it is right.
 
+use dynamics::simulation::SimulationError;
+use dynamics::step::Status;
 use scene::SceneError;
-use solver::simulation::SimulationError;
-use solver::step::Status;
 use thiserror::Error;
 
 /// Why an experiment gives no result.
@@ -14,6 +14,9 @@ pub enum BenchmarkError {
     /// A scene cannot be simulated.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// A scene has no static analysis.
+    #[error(transparent)]
+    Static(#[from] statics::StaticError),
     /// The caller asked to stop.
     #[error("interrupted")]
     Interrupted,

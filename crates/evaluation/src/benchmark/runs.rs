@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
+use dynamics::auto;
+use dynamics::counters::Counters;
+use dynamics::simulation::{ContactForce, Settings, Simulation};
+use dynamics::step::Status;
 use rod::{JointForce, State};
 use scene::Scene;
-use solver::auto;
-use solver::counters::Counters;
-use solver::simulation::{ContactForce, Settings, Simulation};
-use solver::step::Status;
 
 use super::quantity::{BenchmarkError, Outcome, Quantity};
 

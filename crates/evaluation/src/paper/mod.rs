@@ -22,14 +22,14 @@ pub mod performance;
 pub mod speedup;
 pub mod temporal;
 
+use component::Members;
+use dynamics::guess::{Fischer, GuessKind, InitialGuess};
+use dynamics::simulation::{GuessFactory, Settings, SimulationError};
+use dynamics::step::StepParams;
+use jointed::linear::cg::CgParams;
+use jointed::linear::solvers::SolverKind;
+use jointed::topology::Topology;
 use rod::Model;
-use solver::component::Members;
-use solver::guess::{Fischer, GuessKind, InitialGuess};
-use solver::linear::cg::CgParams;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{GuessFactory, Settings, SimulationError};
-use solver::step::StepParams;
-use solver::topology::Topology;
 
 use crate::compare::Entry;
 
@@ -114,8 +114,8 @@ fn quickest<T>(
 /// Scenes and guesses for tests: what stands for networks here is without learning.
 #[cfg(test)]
 mod example {
+    use rod::Integrator;
     use scene::sampling::{Parameters, Rod};
-    use solver::integrator::Integrator;
 
     use super::*;
 
@@ -131,7 +131,7 @@ mod example {
     pub(super) const CG: CgSolver = CgSolver {
         step: StepParams { integrator: Integrator::Euler, ..StepParams::DEFAULT },
         cg: CgParams {
-            preconditioner: solver::linear::precondition::PreconditionerKind::BlockJacobi,
+            preconditioner: jointed::linear::precondition::PreconditionerKind::BlockJacobi,
             tolerance: 1e-6,
             max_iterations: None,
         },

@@ -5,13 +5,13 @@
 //! The paper does not say what its NRMSE is normalised by. Here, the root mean square distance of the segments' centres is
 //! divided by the rods' mean length ([`position_error`]).
 
+use dynamics::simulation::{Simulation, SimulationError};
+use dynamics::step::Status;
 use nalgebra::Vector3;
 use rod::measure::worst_gap;
 use rod::{Model, State};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
-use solver::simulation::{Simulation, SimulationError};
-use solver::step::Status;
 
 use crate::guesses::Spread;
 use crate::precision::metrics::{length_ratio, mean_length, position_error};
@@ -148,11 +148,11 @@ pub fn last_nrmse(traces: &[&Trace]) -> Option<Spread> {
 
 #[cfg(test)]
 mod tests {
+    use component::{Component, Members};
+    use dynamics::projection::Projection;
+    use dynamics::step::StepParams;
+    use jointed::topology::Topology;
     use kernels::Spatial;
-    use solver::component::{Component, Members};
-    use solver::projection::Projection;
-    use solver::step::StepParams;
-    use solver::topology::Topology;
 
     use super::super::example::{CG, bending, quadratic, stored};
     use super::*;

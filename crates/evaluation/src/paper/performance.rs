@@ -7,9 +7,9 @@
 //!
 //! Fischer's projection and the direct solver stand beside the guesses as rivals.
 
+use dynamics::simulation::SimulationError;
 use scene::Scene;
 use serde::{Deserialize, Serialize};
-use solver::simulation::SimulationError;
 
 use super::speedup::{self, SceneRun, Speedup, speedups};
 use super::temporal::{self, StartSeries};

@@ -5,10 +5,10 @@
 //! stands beside its times ([`compare::run`]). Speed-ups are relative to the first way of the same run; over repeated runs
 //! or topologies their spread is told. What the paper does not ask is when training has paid for itself.
 
+use dynamics::simulation::SimulationError;
+use dynamics::step::Status;
 use scene::Scene;
 use serde::{Deserialize, Serialize};
-use solver::simulation::SimulationError;
-use solver::step::Status;
 
 use super::{quickest, saved};
 use crate::compare::{self, Comparison, Cost, Entry, EntryRun};

@@ -1,13 +1,13 @@
 //! A scene to be simulated, and the motions that errors are measured against.
 
+use dynamics::formulation::Formulation;
+use dynamics::guess::GuessKind;
+use dynamics::simulation::{Settings, Simulation, SimulationError};
+use dynamics::step::{Status, StepParams};
 use nalgebra::Vector3;
+use rod::Integrator;
 use rod::{Model, State};
 use scene::Scene;
-use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::integrator::Integrator;
-use solver::simulation::{Settings, Simulation, SimulationError};
-use solver::step::{Status, StepParams};
 
 use super::metrics::position_error;
 

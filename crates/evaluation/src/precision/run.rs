@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
+use component::Members;
+use dynamics::auto;
+use dynamics::guess::{GuessKind, InitialGuess};
+use dynamics::projection::Projection;
+use dynamics::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use dynamics::step::Status;
+use jointed::topology::Topology;
 use rod::{Model, State};
 use serde::{Deserialize, Serialize};
-use solver::auto;
-use solver::component::Members;
-use solver::guess::{GuessKind, InitialGuess};
-use solver::projection::Projection;
-use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::step::Status;
-use solver::topology::Topology;
 
 use super::clock::{of_run, with_share};
 use super::curve::{Curve, GivenUp, Point};

@@ -1,7 +1,7 @@
 //! A case of the table.
 
+use dynamics::formulation::Formulation;
 use rod::{Assembly, Model, State};
-use solver::formulation::Formulation;
 
 /// A case of the table.
 pub struct Case {

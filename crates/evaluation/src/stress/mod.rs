@@ -6,11 +6,11 @@ mod contact;
 
 use std::time::Instant;
 
+use dynamics::formulation::{Formulation, Tangent};
+use dynamics::simulation::{GuessFactory, Settings, Simulation, SimulationError};
+use dynamics::step::{Status, StepParams};
 use rod::{Model, measure};
 use serde::{Deserialize, Serialize};
-use solver::formulation::{Formulation, Tangent};
-use solver::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use solver::step::{Status, StepParams};
 
 pub use case::Case;
 pub use contact::PILE_RODS;

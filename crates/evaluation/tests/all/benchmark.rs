@@ -1,10 +1,10 @@
 //! Experiments with a known result: those that take at most a second give it.
 
+use dynamics::formulation::Formulation;
+use dynamics::simulation::Settings;
+use dynamics::step::{Status, StepParams};
 use evaluation::benchmark::{Outcome, experiments};
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::simulation::Settings;
-use solver::step::{Status, StepParams};
+use rod::Integrator;
 
 fn run(name: &str, integrator: Integrator) -> Outcome {
     let step = StepParams { formulation: Formulation::Newton, integrator, ..StepParams::DEFAULT };

@@ -2,16 +2,16 @@
 
 use std::num::NonZeroUsize;
 
+use dynamics::formulation::Formulation;
+use dynamics::guess::GuessKind;
+use dynamics::projection::Projection;
+use dynamics::simulation::Settings;
+use dynamics::step::{Status, StepParams};
 use evaluation::precision::{Against, Budget, Curve, GivenUp, Level, Outer, Problem, Start, Way, run_way};
-use solver::formulation::Formulation;
-use solver::guess::GuessKind;
-use solver::integrator::Integrator;
-use solver::linear::cg::CgParams;
-use solver::linear::precondition::PreconditionerKind;
-use solver::linear::solvers::SolverKind;
-use solver::projection::Projection;
-use solver::simulation::Settings;
-use solver::step::{Status, StepParams};
+use jointed::linear::cg::CgParams;
+use jointed::linear::precondition::PreconditionerKind;
+use jointed::linear::solvers::SolverKind;
+use rod::Integrator;
 
 const PLENTY: Budget = Budget { seconds: 100.0, repetitions: 1 };
 
@@ -164,7 +164,7 @@ fn predictions_in_the_place_of_solves_are_a_way() {
     impl Projection for Nothing {
         fn project(
             &mut self,
-            _: &solver::component::Component<f64>,
+            _: &component::Component<f64>,
             _: usize,
             _: &mut [kernels::Spatial<f64>],
             _: &mut [kernels::Spatial<f64>],

@@ -4,8 +4,9 @@
 //! pushes all groups before, and what is passed back to its own last body from all groups after. A change of an impulse goes on from group
 //! to group, 36 products each, and a contact reads its gap and slip off its group's state.
 
-use super::{Block3, Chunk, Delassus, Group, Moved, NONE, Row, Seat};
 use kernels::lane::{Lanes, Real};
+
+use super::{Block3, Chunk, Delassus, Group, Moved, NONE, Row, Seat};
 
 /// Chunks of a contact: three columns of E, three rows of R; then, to read off, for each of the six numbers of a state what R
 /// and E make of it, in the lower and the upper half of a chunk.

@@ -1,5 +1,6 @@
 //! Halves side by side come to the solution, with the same bits on any number of threads.
 
+use kernels::math::Vec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -7,7 +8,6 @@ use super::super::cone::Coulomb;
 use super::super::delassus::Part;
 use super::super::partition::{self, Pushed};
 use super::*;
-use kernels::math::Vec3;
 
 /// Sets in a row, each of which four contacts press against the next, and one against the ground. `is_halved`: by halves of
 /// the row, else all as one.

@@ -1,13 +1,14 @@
 //! The body-frame features: what they must not depend on, what they say of the right-hand side, and no allocations.
 
-use crate::common::{All, advance, assert_close, component, features, helix, moved, rod, tree, zeros};
 use graph::body_frame::{self, Features};
 use graph::{Channel, Normal, Whitening, corrections, mask, planar_normal};
+use jointed::linear::LinearSolver;
+use jointed::linear::direct::Direct;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rod::{Model, State};
-use solver::linear::LinearSolver;
-use solver::linear::direct::Direct;
+
+use crate::common::{All, advance, assert_close, component, features, helix, moved, rod, tree, zeros};
 
 fn in_motion(which: usize) -> (Model, State) {
     let (model, mut state) = match which {

@@ -1,13 +1,14 @@
 //! The paper's features: layout, values computed by hand, flags, norms.
 
-use crate::common::{component, helix, rod, tree, zeros};
 use graph::paper::{self, fill_changing_nodes, fill_constant_nodes, fill_edges, normalized_modulus};
 use graph::{Batch, Norms, corrections};
+use jointed::linear::LinearSolver;
+use jointed::linear::direct::Direct;
 use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{Assembly, Material, RodSpec, shape};
-use solver::linear::LinearSolver;
-use solver::linear::direct::Direct;
+
+use crate::common::{component, helix, rod, tree, zeros};
 
 #[test]
 fn a_rod_has_the_values_computed_by_hand() {
@@ -125,7 +126,7 @@ fn targets_over_the_norms_reach_one_and_are_read_back() {
 
     // The corrections are what the solver's own update makes of the multipliers.
     let before = component.poses.clone();
-    component.update(solver::formulation::Formulation::Xpbd, 1.0);
+    component.update(dynamics::formulation::Formulation::Xpbd, 1.0);
     for ((old, new), dp) in before.iter().zip(&component.poses).zip(&dp) {
         assert!((old.x + dp.linear - new.x).norm_squared() < 1e-28);
         let turned = old.q.turned(dp.angular);

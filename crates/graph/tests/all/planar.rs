@@ -1,12 +1,13 @@
 //! Restriction of predictions to a planar rod's plane.
 
-use crate::common::{advance, component, rod};
 use graph::{corrections, planar_normal, project_to_plane};
+use jointed::linear::LinearSolver;
+use jointed::linear::direct::Direct;
 use kernels::Spatial;
 use nalgebra::Vector3;
 use rod::{Air, Gusts, Wind};
-use solver::linear::LinearSolver;
-use solver::linear::direct::Direct;
+
+use crate::common::{advance, component, rod};
 
 #[test]
 fn the_exact_solution_stays_and_what_leaves_the_plane_goes() {

@@ -1,15 +1,16 @@
 //! The head that derives forces from turns: exact outputs give the exact multipliers, and gradients come back.
 
-use crate::common::{advance, component, helix, rod, tree, zeros};
+use component::Component;
+use dynamics::formulation::Formulation;
 use graph::body_frame::{EDGE_CHANGING, Features, NODE_CHANGING};
 use graph::semi::{self, Semi};
 use graph::{Graph, corrections};
+use jointed::linear::LinearSolver;
+use jointed::linear::direct::Direct;
 use kernels::Spatial;
 use rod::{Model, State};
-use solver::component::Component;
-use solver::formulation::Formulation;
-use solver::linear::LinearSolver;
-use solver::linear::direct::Direct;
+
+use crate::common::{advance, component, helix, rod, tree, zeros};
 
 /// A planar rod, a helix, a tree, a rod that nothing holds, and the tree in air.
 fn in_motion(which: usize) -> (Model, State) {

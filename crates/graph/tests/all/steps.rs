@@ -2,18 +2,19 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::common::{component, helix, rod, tree};
+use component::{BodyPose, Component};
+use dynamics::formulation::Formulation;
+use dynamics::guess::InitialGuess;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::StepParams;
 use graph::Lift;
 use graph::turns::{NODE_HISTORY, NODE_OUTPUT, Turns};
 use kernels::Spatial;
 use kernels::math::Vec3;
+use rod::Integrator;
 use rod::{Model, State};
-use solver::component::{BodyPose, Component};
-use solver::formulation::Formulation;
-use solver::guess::InitialGuess;
-use solver::integrator::Integrator;
-use solver::simulation::{Settings, Simulation};
-use solver::step::StepParams;
+
+use crate::common::{component, helix, rod, tree};
 
 /// Looks at every step of implicit Euler, solved tightly.
 struct Watch {

@@ -5,13 +5,13 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 use rod::{Assembly, InnerDamping, KeyframeError, Material, Model, RestShape, RodSpec, State};
-use solver::simulation::SimulationError;
 
 use super::{Numbers, Tree};
 use crate::cable::{Cable, DENSITY, Place, RADIUS, set_velocities, turn, youngs_modulus};
 use crate::parameter::{Parameter, Parameters};
 use crate::recording::{GRIPPED, Recording};
 use crate::specimen::Specimen;
+use crate::specimen::SpecimenError;
 use crate::spline;
 
 /// What a prediction may know of a recording: its first two frames, and its grips over all time.
@@ -183,7 +183,7 @@ impl Specimen for BranchedCable {
         self.free.clone()
     }
 
-    fn model(&self, numbers: &Numbers) -> Result<(Model, State), SimulationError> {
+    fn model(&self, numbers: &Numbers) -> Result<(Model, State), SpecimenError> {
         Ok(self.assembled(numbers))
     }
 

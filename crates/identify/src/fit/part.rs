@@ -2,12 +2,12 @@
 
 use nalgebra::DVector;
 use optimise::{Normal, Residuals};
-use solver::simulation::SimulationError;
 
 use super::search::{Of, Search, Stage};
 use crate::predict::{Prediction, TOGETHER, are_in_time, predict, predict_each};
 use crate::quantity::Quantity;
 use crate::recording::Recording;
+use crate::specimen::SpecimenError;
 use crate::specimen::{Numbers, Specimen};
 
 /// Difference of a coordinate for derivatives of whole runs.
@@ -71,7 +71,7 @@ impl<'a, S: Specimen> Part<'a, S> {
     }
 
     /// Notes what a recording's loss is, where it matters.
-    pub(super) fn weigh(&mut self, x: &DVector<f64>) -> Result<(), SimulationError> {
+    pub(super) fn weigh(&mut self, x: &DVector<f64>) -> Result<(), SpecimenError> {
         if self.search.free.iter().any(|of| of.prior().is_some()) {
             self.usual = self.loss_of(&self.numbers(x))? / self.recordings.len() as f64;
         }
@@ -92,7 +92,7 @@ impl<'a, S: Specimen> Part<'a, S> {
     }
 
     /// Where the search begins: where the loss is least of all that it may begin with.
-    pub(super) fn begun(&self) -> Result<S::Numbers, SimulationError> {
+    pub(super) fn begun(&self) -> Result<S::Numbers, SpecimenError> {
         let mut best = (f64::INFINITY, self.held.clone());
         for beginning in self.held.beginnings() {
             let mut numbers = self.held.clone();
@@ -106,11 +106,11 @@ impl<'a, S: Specimen> Part<'a, S> {
     }
 
     /// Loss over all of its recordings.
-    fn loss_of(&self, numbers: &S::Numbers) -> Result<f64, SimulationError> {
+    fn loss_of(&self, numbers: &S::Numbers) -> Result<f64, SpecimenError> {
         Ok(self.loss_from(&self.predicted(numbers)?))
     }
 
-    fn predicted(&self, numbers: &S::Numbers) -> Result<Vec<Prediction>, SimulationError> {
+    fn predicted(&self, numbers: &S::Numbers) -> Result<Vec<Prediction>, SpecimenError> {
         predict(&self.specimens, numbers, self.frames, self.search.steps)
     }
 
@@ -121,7 +121,7 @@ impl<'a, S: Specimen> Part<'a, S> {
     }
 
     /// Runs of all of its recordings with some numbers, and for each that is free with it beside.
-    pub(super) fn runs(&self, numbers: &S::Numbers) -> Result<Runs, SimulationError> {
+    pub(super) fn runs(&self, numbers: &S::Numbers) -> Result<Runs, SpecimenError> {
         let Search { free, steps, .. } = self.search;
         let differences: Vec<f64> = free.iter().map(|&of| difference(of, numbers[of])).collect();
         let beside = free.iter().zip(&differences).map(|(&of, difference)| {
@@ -194,13 +194,13 @@ impl<'a, S: Specimen> Part<'a, S> {
 }
 
 impl<S: Specimen> Residuals for Part<'_, S> {
-    type Error = SimulationError;
+    type Error = SpecimenError;
 
-    fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SimulationError> {
+    fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SpecimenError> {
         Ok(self.loss_of(&self.numbers(x))? + self.expected(x).loss)
     }
 
-    fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SimulationError> {
+    fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SpecimenError> {
         let runs = self.runs(&self.numbers(x))?;
         Ok(self.linearised(runs.here(), &runs).iter().chain([&self.expected(x)]).sum())
     }
@@ -226,7 +226,7 @@ impl<'a, S: Specimen> Chord<'a, S> {
     }
 
     /// What each independent part of the recordings says, and what is expected.
-    pub(super) fn said(&self, x: &DVector<f64>) -> Result<(Vec<Normal>, Normal), SimulationError> {
+    pub(super) fn said(&self, x: &DVector<f64>) -> Result<(Vec<Normal>, Normal), SpecimenError> {
         let known = self.lowest.as_ref().filter(|(place, ..)| place == x).map(|(.., predictions)| predictions);
         let normals = match known {
             Some(predictions) => self.finer.linearised(predictions, &self.runs),
@@ -237,9 +237,9 @@ impl<'a, S: Specimen> Chord<'a, S> {
 }
 
 impl<S: Specimen> Residuals for Chord<'_, S> {
-    type Error = SimulationError;
+    type Error = SpecimenError;
 
-    fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SimulationError> {
+    fn loss(&mut self, x: &DVector<f64>) -> Result<f64, SpecimenError> {
         let predictions = self.finer.predicted(&self.numbers(x))?;
         let loss = self.finer.loss_from(&predictions) + self.finer.expected(x).loss;
         if self.lowest.as_ref().is_none_or(|(_, lowest, _)| loss < *lowest) {
@@ -248,7 +248,7 @@ impl<S: Specimen> Residuals for Chord<'_, S> {
         Ok(loss)
     }
 
-    fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SimulationError> {
+    fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SpecimenError> {
         let (normals, expected) = self.said(x)?;
         Ok(normals.iter().chain([&expected]).sum())
     }

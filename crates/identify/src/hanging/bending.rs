@@ -2,8 +2,8 @@
 
 use nalgebra::{DVector, Vector3};
 use optimise::{LeastSquares, Normal, Residuals};
-use solver::derivative::{DerivativeError, Equilibrium, Parameter, Rods};
-use solver::statics::StaticParams;
+use sensitivity::{DerivativeError, Equilibrium, Parameter, Rods};
+use statics::StaticParams;
 
 use super::wire::in_space;
 use super::{HangingError, Photograph, Wire};

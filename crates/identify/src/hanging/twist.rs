@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rod::{Body, Driven, Interpolation, Keyframe, Motion};
-use solver::statics::StaticParams;
-use solver::statics::path::{PathParams, path};
+use statics::StaticParams;
+use statics::path::{PathParams, path};
 
 use super::{HangingError, Photograph, Wire};
 

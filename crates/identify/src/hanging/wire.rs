@@ -2,10 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
+use dynamics::simulation::SimulationError;
 use nalgebra::{Rotation3, UnitQuaternion, Vector2, Vector3};
 use rod::{Assembly, KeyframeError, Material, Model, Pose, RestShape, RodSpec, Springs, State, shape};
-use solver::derivative::DerivativeError;
-use solver::simulation::SimulationError;
+use sensitivity::DerivativeError;
 use thiserror::Error;
 
 use super::Photograph;
@@ -33,6 +33,9 @@ pub enum HangingError {
     /// A model that is not valid.
     #[error(transparent)]
     Model(#[from] SimulationError),
+    /// A path of equilibria that cannot be followed.
+    #[error(transparent)]
+    Path(#[from] statics::StaticError),
     /// An equilibrium that was not found, or is none.
     #[error(transparent)]
     Equilibrium(#[from] DerivativeError),

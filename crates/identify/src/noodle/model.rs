@@ -8,12 +8,12 @@ use rod::{
     Air, Assembly, Body, Carried, Damping, Driven, InnerDamping, Interpolation, KeyframeError, Material, Model, Motion,
     Pose, RestShape, RodSpec, State, Wind, shape,
 };
-use solver::simulation::SimulationError;
-use solver::statics::{StaticParams, equilibrium};
+use statics::{StaticParams, equilibrium};
 
 use super::{MARKERS, NoodleRecording, Number, Numbers};
 use crate::cable::{AIR_DENSITY, DENSITY, GRAVITY, RADIUS};
 use crate::specimen::Specimen;
+use crate::specimen::SpecimenError;
 
 /// What a prediction may know of a recording: the way of its clamp. It begins at rest under gravity in the clamp's first pose.
 #[derive(Clone, Debug)]
@@ -92,7 +92,7 @@ impl Specimen for Noodle {
         (1..MARKERS).collect()
     }
 
-    fn model(&self, numbers: &Numbers) -> Result<(Model, State), SimulationError> {
+    fn model(&self, numbers: &Numbers) -> Result<(Model, State), SpecimenError> {
         let (model, mut state) = self.straight(numbers);
         equilibrium(&model, &mut state, &StaticParams::default())?;
         Ok((model, state))

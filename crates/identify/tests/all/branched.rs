@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use dynamics::simulation::{Settings, Simulation};
 use identify::branched::{Branch, BranchedCable, Number, Numbers, Tree};
 use identify::confidence::known;
 use identify::fit::fit;
@@ -15,7 +16,6 @@ use identify::recording::{Reading, Recording, is_flat, read_flat};
 use identify::specimen::Specimen;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
-use solver::simulation::{Settings, Simulation};
 
 /// Segments between two markers.
 const PARTS: usize = 2;

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use identify::hanging::{Bent, Photograph, Wire, bending, critical_twist, read, twist_ratio};
 use nalgebra::{Vector2, Vector3};
-use solver::statics::{StaticParams, equilibrium};
+use statics::{StaticParams, equilibrium};
 
 /// A wire of the recordings in `data/hanging-wires`.
 struct Published {

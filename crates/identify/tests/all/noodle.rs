@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use dynamics::simulation::{Settings, Simulation};
 use identify::confidence::known;
 use identify::fit::{Search, Stage, fit};
 use identify::kind::{Clamped, Kind};
@@ -13,8 +14,7 @@ use identify::recording::{Reading, Recording};
 use identify::specimen::Specimen;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::Pose;
-use solver::simulation::{Settings, Simulation};
-use solver::statics::{StaticParams, equilibrium};
+use statics::{StaticParams, equilibrium};
 
 const SEGMENTS: usize = 8;
 const FRAMES: usize = 400;

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use dynamics::simulation::{Settings, Simulation};
 use identify::cable::{Cable, Resolution};
 use identify::confidence::known;
 use identify::fit::{Search, Stage, fit, fit_finer};
@@ -15,7 +16,6 @@ use identify::simulated::{Plan, csv, recordings};
 use identify::specimen::Specimen;
 use nalgebra::Vector3;
 use rod::darboux::darboux;
-use solver::simulation::{Settings, Simulation};
 
 /// Off by 1 mm.
 fn plan() -> Plan {

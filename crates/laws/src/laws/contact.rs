@@ -1,10 +1,10 @@
 //! Forces of contacts, and how deep bodies are in each other.
 
 use collision::{TriangleMesh, closest};
+use dynamics::simulation::{ContactForce, Touched};
+use dynamics::step::StepParams;
 use nalgebra::Vector3;
 use rod::{ObstacleShape, State, Surface};
-use solver::simulation::{ContactForce, Touched};
-use solver::step::StepParams;
 
 use crate::law::{Law, Violation};
 use crate::step::Step;

@@ -5,10 +5,10 @@
 //! turn^2` of each joint, and of the tolerances. What is stored in joints that yield little is that of their forces: their
 //! gaps are below the tolerance.
 
+use dynamics::simulation::Touched;
+use dynamics::step::{Status, StepParams};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Body, Joint, JointForce, Model, Pose, State, measure};
-use solver::simulation::Touched;
-use solver::step::{Status, StepParams};
 
 use crate::law::{Law, Violation};
 use crate::step::Step;

@@ -10,7 +10,7 @@ pub(super) fn finite(step: &Step<'_>, violations: &mut Vec<Violation>) -> bool {
     let is_state = vectors.into_iter().flatten().flatten().all(|x| x.is_finite())
         && state.orientations.iter().flat_map(|q| &q.coords).all(|x| x.is_finite());
     let is_forces = step.forces[1].iter().flat_map(|f| f.force.iter().chain(&f.moment)).all(|x| x.is_finite());
-    let of_contact = |c: &solver::simulation::ContactForce| {
+    let of_contact = |c: &dynamics::simulation::ContactForce| {
         [c.place, c.normal, c.force, c.slip].iter().flatten().all(|x| x.is_finite())
     };
     let is_contacts = step.contacts.iter().all(of_contact);

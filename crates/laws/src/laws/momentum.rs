@@ -7,10 +7,10 @@
 //! `xpbd` pushes along the directions of its iterates: its torques, and the forces of contacts, are off by the
 //! angle that bodies turn in the step, of first order in dt.
 
+use dynamics::simulation::{ContactForce, Touched};
+use dynamics::step::StepParams;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Segment, State, measure};
-use solver::simulation::{ContactForce, Touched};
-use solver::step::StepParams;
 
 use crate::law::{Law, Violation};
 use crate::step::Step;

@@ -1,7 +1,7 @@
 //! Whether what the status says is so: residuals of joints, computed from scratch, and gaps.
 
+use dynamics::step::Status;
 use rod::{Body, InnerDamping, measure};
-use solver::step::Status;
 
 use crate::law::{Law, Violation};
 use crate::step::Step;

@@ -1,12 +1,12 @@
 //! Steps that keep all laws, and what a law says where they are spoilt.
 
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{ContactForce, Simulation, Touched};
+use dynamics::step::Status;
+use jointed::linear::solvers::SolverKind;
 use nalgebra::{UnitQuaternion, Vector3};
+use rod::Integrator;
 use rod::{JointForce, Model, State};
-use solver::formulation::Formulation;
-use solver::integrator::Integrator;
-use solver::linear::solvers::SolverKind;
-use solver::simulation::{ContactForce, Simulation, Touched};
-use solver::step::Status;
 
 use super::*;
 use crate::case::Method;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use dynamics::formulation::Formulation;
 use laws::{Case, Checked, Failure, Found, Law, Method, campaign, check, draw};
-use solver::formulation::Formulation;
 
 #[test]
 fn the_same_seed_draws_the_same_scenes_and_others_draw_others() {

@@ -1,9 +1,9 @@
 //! What the tests handle: a rope of 1 m.
 
+use dynamics::simulation::{Settings, Simulation};
 use live::{Rebuild, with_hands};
 use nalgebra::Vector3;
 use rod::{Assembly, Damping, Material, Model, RodSpec, State, shape};
-use solver::simulation::{Settings, Simulation};
 
 /// A rope of 40 segments along x that nothing holds, with damping [1/s] against the air, and loads for hands.
 pub(crate) fn rope(damping: f64) -> (Model, State) {

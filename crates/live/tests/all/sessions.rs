@@ -1,9 +1,9 @@
 //! Sessions: hands, pins, quantities that change, the way back, and what was recorded.
 
+use dynamics::simulation::Simulation;
 use live::{Input, Knob, Replay, Session};
 use nalgebra::Vector3;
 use rod::{Model, State, measure};
-use solver::simulation::Simulation;
 
 use crate::ropes::{rebuild, rope, simulation};
 

@@ -14,7 +14,7 @@ use rod::{Assembly, Material, Model, RodSpec, shape};
 const SOFT: Material = Material { youngs_modulus: 1e5, torsion_modulus: 2e5, density: 100.0 };
 
 fn graph(model: &Model) -> Graph {
-    let (members, topology) = solver::component::split(model).swap_remove(0);
+    let (members, topology) = component::split(model).swap_remove(0);
     Graph::new(model, &members, &topology)
 }
 

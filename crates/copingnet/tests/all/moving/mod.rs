@@ -4,15 +4,15 @@
 #[path = "../../../../graph/tests/all/common/mod.rs"]
 pub mod scenes;
 
+use component::Component;
 use copingnet::{Encoder, Encoding, Features, GnGuess, Head, Inputs, NetworkConfig, Trained, Weights};
 use graph::{Channel, Normal, Norms, Whitening, corrections, planar_normal};
+use jointed::linear::LinearSolver;
+use jointed::linear::direct::Direct;
 use kernels::Spatial;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use scenes::{advance, component, helix, moved, rod, tree, zeros};
-use solver::component::Component;
-use solver::linear::LinearSolver;
-use solver::linear::direct::Direct;
 
 use crate::common;
 

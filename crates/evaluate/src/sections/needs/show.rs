@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use dynamics::formulation::Formulation;
 use evaluation::needs::{LeftOut, Needs};
 use evaluation::stages::Stages;
 use report::{Bar, BarChart, Block, Cell, Charts, Conditions, Figure, Section};
-use solver::formulation::Formulation;
 
 use super::key::NeedsKey;
 use crate::blocks::{self, table};

@@ -9,16 +9,16 @@ use std::num::NonZeroUsize;
 use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
+use dynamics::formulation::Formulation;
 use evaluation::precision::{Budget, Level, Outer, Problem, Way, run_way};
+use jointed::linear::solvers::SolverKind;
+use key::{PrecisionKey, Value};
 use scene::Scene;
-use solver::formulation::Formulation;
-use solver::linear::solvers::SolverKind;
 
 use crate::cells::Section;
 use crate::context::{Context, Size};
 use crate::library::{Guesses, Learned};
 use crate::ways::{kinds, ways};
-use key::{PrecisionKey, Value};
 
 /// Each scene, from the paper's two rods to its trees, with the steps of a quick report and of a full one, and how finely
 /// the converged reference cuts segments, coarsest first. Helices leave the range in which finer segments agree after 40

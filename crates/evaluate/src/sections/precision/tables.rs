@@ -1,9 +1,9 @@
 //! How error against run time is shown: who is fastest, and what a learned guess is worth.
 
+use dynamics::formulation::Formulation;
 use evaluation::precision::Against;
 use evaluation::precision::pareto::{Line, fastest};
 use report::{Block, Cell};
-use solver::formulation::Formulation;
 
 use super::sheet::Sheet;
 use crate::blocks::table;

@@ -1,8 +1,8 @@
 //! The tables of the stability report.
 
+use dynamics::formulation::Formulation;
 use evaluation::stress::{self, CaseRun};
 use report::{Block, Cell, Conditions, Section};
-use solver::formulation::Formulation;
 
 use super::key::{DIRECT, StabilityKey, Value, ZERO};
 use crate::blocks::{self, groups, table};

@@ -3,14 +3,14 @@
 
 use std::sync::Arc;
 
+use component::{Component, Members, split};
+use dynamics::formulation::Formulation;
+use dynamics::simulation::{Settings, Simulation};
+use dynamics::step::StepParams;
 use graph::{Graph, body_frame};
 use kernels::Spatial;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Assembly, Material, Model, RodSpec, State, shape};
-use solver::component::{Component, Members, split};
-use solver::formulation::Formulation;
-use solver::simulation::{Settings, Simulation};
-use solver::step::StepParams;
 
 pub const DT: f64 = 0.02;
 const SOFT: Material = Material { youngs_modulus: 1e5, torsion_modulus: 2e5, density: 100.0 };

@@ -1,0 +1,96 @@
+//! What stays the same of bodies and joints from step to step, and loads.
+
+use kernels::lane::Real;
+use kernels::math::{Sym3, Vec3};
+
+use super::parts::pick;
+
+/// What stays the same of a body; in air its inertia is that of the step under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BodyConstants<T> {
+    pub(super) inverse_mass: T,
+    /// Moments of inertia across and about the axis [kg m^2]; 1 where fixed.
+    pub(super) transverse: T,
+    pub(super) axial: T,
+    /// 1 where the body moves freely, 0 where it is fixed.
+    pub(super) free: T,
+    pub(super) length: T,
+    pub(super) radius: T,
+}
+
+impl<T: Real> BodyConstants<T> {
+    /// `I x` in the body's frame.
+    #[inline(always)]
+    pub(super) fn inertia(&self, x: Vec3<T>) -> Vec3<T> {
+        let [x, y, z] = x.0;
+        Vec3([x * self.transverse, y * self.transverse, z * self.axial])
+    }
+
+    /// The inertia of a rod's segment in world axes.
+    #[inline(always)]
+    pub(super) fn world_inertia(&self, axis: Vec3<T>) -> Sym3<T> {
+        Sym3::identity(self.transverse) + Sym3::outer(axis, self.axial - self.transverse)
+    }
+
+    pub(super) fn pick(&self, lane: usize) -> BodyConstants<f64> {
+        BodyConstants {
+            inverse_mass: self.inverse_mass.lane(lane),
+            transverse: self.transverse.lane(lane),
+            axial: self.axial.lane(lane),
+            free: self.free.lane(lane),
+            length: self.length.lane(lane),
+            radius: self.radius.lane(lane),
+        }
+    }
+}
+
+/// What stays the same of a joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JointConstants<T> {
+    pub(super) rest_darboux: Vec3<T>,
+    pub(super) stretch: T,
+    pub(super) shear: T,
+    pub(super) bend: T,
+    pub(super) twist: T,
+}
+
+impl<T: Real> JointConstants<T> {
+    pub(super) fn pick(&self, lane: usize) -> JointConstants<f64> {
+        JointConstants {
+            rest_darboux: pick(self.rest_darboux, lane),
+            stretch: self.stretch.lane(lane),
+            shear: self.shear.lane(lane),
+            bend: self.bend.lane(lane),
+            twist: self.twist.lane(lane),
+        }
+    }
+}
+
+/// Loads on a body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BodyLoad<T> {
+    /// Index of the load in the model.
+    pub(super) index: usize,
+    /// The lane that feels it.
+    pub(super) lane: usize,
+    pub(super) body: usize,
+    pub(super) offset: T,
+    pub(super) force: Vec3<T>,
+    pub(super) torque: Vec3<T>,
+    /// Whether it turns the body.
+    pub(super) turns: bool,
+}
+
+impl<T: Real> BodyLoad<T> {
+    pub(super) fn pick(&self, lane: usize) -> BodyLoad<f64> {
+        BodyLoad {
+            index: self.index,
+            lane: 0,
+            body: self.body,
+            offset: self.offset.lane(lane),
+            force: pick(self.force, lane),
+            torque: pick(self.torque, lane),
+            turns: self.turns,
+        }
+    }
+}

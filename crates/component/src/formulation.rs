@@ -1,0 +1,23 @@
+//! Which equations an outer iteration linearises.
+
+use names::names;
+
+/// The formulation of the projection.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Formulation {
+    /// The paper's extended position-based dynamics: `dp = M^-1 J^T dlambda`, the momentum residual is dropped.
+    Xpbd,
+    /// The integrator's equations in full, with momentum residual and geometric stiffness.
+    #[default]
+    Newton,
+}
+
+names!(Formulation { Xpbd = "xpbd", Newton = "newton" });
+
+impl Formulation {
+    /// Whether the momentum residual is part of the equations, and the geometric stiffness of the matrix, so that any start of a step is corrected.
+    #[inline(always)]
+    pub fn momentum(self) -> bool {
+        self == Formulation::Newton
+    }
+}

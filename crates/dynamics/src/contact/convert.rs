@@ -1,0 +1,12 @@
+//! Between the kernels' vectors and nalgebra's.
+
+use kernels::math::Vec3;
+use nalgebra::Vector3;
+
+pub(crate) fn to_nalgebra(v: Vec3<f64>) -> Vector3<f64> {
+    Vector3::from(v.0)
+}
+
+pub(crate) fn to_kernel(v: &Vector3<f64>) -> Vec3<f64> {
+    Vec3([v.x, v.y, v.z])
+}

@@ -1,0 +1,128 @@
+//! Possible contacts that cannot touch yet, told from how far their segments have moved: they are not evaluated.
+//!
+//! A point of a segment's axis at s in [-h, h] moves by `dx + s da` (half length h, axis a), so that any two points of two segments
+//! come nearer by no more than `m = |dx - dx'| + h |da| + h' |da'|`, and their gap, g at the start of the step, is at least `g - m`. Where
+//! that is far from touching they have not passed through each other either, and nothing else needs to be known of them: however fast they
+//! are, if they move alike.
+
+use component::BodyPose;
+use kernels::Spatial;
+use kernels::math::Vec3;
+
+use super::geometry::{Contact, Shape};
+use super::sets::Sets;
+use crate::connected_set::ConnectedSet;
+
+/// How the axis of a segment moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotionBound {
+    /// Of its centre [m].
+    linear: Vec3<f64>,
+    /// By how much its ends move at most about the centre [m].
+    turned: f64,
+}
+
+impl MotionBound {
+    pub(super) const NONE: Self = Self { linear: Vec3([0.0; 3]), turned: 0.0 };
+
+    /// From one pose to another, of an axis of half length `half` [m].
+    pub(super) fn between(from: &BodyPose<f64>, to: &BodyPose<f64>, half: f64) -> Self {
+        Self { linear: to.x - from.x, turned: half * norm(to.q.axis() - from.q.axis()) }
+    }
+
+    /// This and then another one.
+    fn and(self, other: Self) -> Self {
+        Self { linear: self.linear + other.linear, turned: self.turned + other.turned }
+    }
+
+    /// By how much points of the axis move at most [m].
+    pub(super) fn length(self) -> f64 {
+        norm(self.linear) + self.turned
+    }
+
+    /// By how much points of this axis and of another that moves `other` come nearer at most [m].
+    pub(super) fn towards(self, other: Self) -> f64 {
+        norm(self.linear - other.linear) + self.turned + other.turned
+    }
+}
+
+/// How a segment's axis has moved.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotionBounds {
+    /// Since the start of the step.
+    pub(crate) moved: MotionBound,
+    /// By the rods' own correction.
+    pub(crate) correction: MotionBound,
+}
+
+impl MotionBounds {
+    pub(crate) const NONE: Self = Self { moved: MotionBound::NONE, correction: MotionBound::NONE };
+
+    /// Since the start of the step, and by the rods' own correction.
+    pub(crate) fn corrected(&self) -> MotionBound {
+        self.moved.and(self.correction)
+    }
+}
+
+fn norm(v: Vec3<f64>) -> f64 {
+    v.norm_squared().sqrt()
+}
+
+/// Notes how far `segments` have moved since the start of the step.
+pub(super) fn note_moves(segments: &[u32], shapes: &[Shape], components: &mut Sets<'_>) {
+    for &i in segments {
+        let Shape { component, body, half, .. } = shapes[i as usize];
+        let ConnectedSet { component, touch, .. } = &mut components[component as usize];
+        if let Some(touch) = touch {
+            touch.ways.resize(component.poses.len(), MotionBounds::NONE);
+            let [start, now] = [&component.start, &component.poses].map(|poses| &poses[body as usize]);
+            touch.ways[body as usize].moved = MotionBound::between(start, now, half);
+        }
+    }
+}
+
+/// Notes how far the rods' own corrections move `segments`.
+pub(super) fn note_corrections(segments: &[u32], shapes: &[Shape], components: &mut Sets<'_>) {
+    for &i in segments {
+        let Shape { component, body, half, .. } = shapes[i as usize];
+        if let Some(touch) = &mut components[component as usize].touch {
+            let Spatial { linear, angular } = touch.corrections[body as usize];
+            touch.ways[body as usize].correction = MotionBound { linear, turned: half * norm(angular) };
+        }
+    }
+}
+
+/// Gap at the start of the step from which on a contact that does not press says nothing of others \[radii\].
+const FAR: f64 = 2.0;
+
+impl Contact {
+    /// Segments whose contact need not be evaluated where they stay apart.
+    fn between_segments(&self) -> Option<[u32; 2]> {
+        let is_idle = self.impulse == Vec3::zero() && self.guess == [0.0; 3];
+        let other = self.key.1.segment().filter(|_| is_idle && !self.is_of_mesh() && !self.is_of_solid())?;
+        Some([self.key.0, other])
+    }
+
+    /// Whether it does not press, and was so far off at the start of the step that it says nothing of others.
+    pub(super) fn is_far_at_start(&self) -> bool {
+        self.between_segments().is_some() && self.gap_at_start - self.target.max(0.0) > FAR * self.radius
+    }
+
+    /// Whether it cannot touch where the axis of each segment moves so, with `room` to spare [m].
+    pub(super) fn is_out_of_reach(
+        &self,
+        shapes: &[Shape],
+        components: &Sets<'_>,
+        way: impl Fn(&MotionBounds) -> MotionBound,
+        room: f64,
+    ) -> bool {
+        let Some(segments) = self.between_segments() else { return false };
+        let [a, b] = segments.map(|i| &shapes[i as usize]);
+        let of = |shape: &Shape| {
+            let touch = components[shape.component as usize].touch.as_ref();
+            touch.map(|touch| way(&touch.ways[shape.body as usize]))
+        };
+        let (Some(a), Some(b)) = (of(a), of(b)) else { return false };
+        self.gap_at_start - a.towards(b) - self.target.max(0.0) > room
+    }
+}

@@ -1,0 +1,32 @@
+//! All tests of the crate's public side as one program, which builds faster than one program a file.
+
+mod allocation;
+mod apart;
+mod batch;
+mod cg;
+mod common;
+mod contact_forces;
+mod driven;
+mod grips;
+mod guess;
+mod islands;
+mod joint_forces;
+mod lanes;
+mod many_contacts;
+mod materials;
+mod meshes;
+mod moving_obstacles;
+mod multistep;
+mod newton_contacts;
+mod overlap;
+mod own_forces;
+mod prescribed;
+mod projection;
+mod rates;
+mod snapshots;
+mod solids;
+mod sparse_allocations;
+mod stopping;
+mod supports;
+mod tangent;
+mod validation;

@@ -1,0 +1,66 @@
+//! Why there is no static analysis.
+
+use rod::{Model, ModelError};
+use thiserror::Error;
+
+use crate::params::StaticParamsError;
+
+/// Why there is no static analysis.
+#[derive(Debug, Error)]
+pub enum StaticError {
+    /// The model or the state is not valid.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// Rods that form more loops than one where only one is known.
+    #[error("{0} needs rods that form chains, trees and single rings, and these form more loops")]
+    Loops(&'static str),
+    /// A path of equilibria that is not known.
+    #[error("a path of equilibria needs {0}")]
+    Path(&'static str),
+    /// Several equilibria of what is not known.
+    #[error("the search for several equilibria needs {0}")]
+    Branches(&'static str),
+    /// Modes under torques that turn with nothing: they have no energy, and so the tangent is not symmetric.
+    #[error("modal analysis needs loads without torques, which have no energy")]
+    Torques,
+    /// Contacts that a static analysis does not know.
+    #[error("static analysis knows contacts with planes, spheres and capsules, but {0}")]
+    UnknownContacts(&'static str),
+    /// Forces push what nothing holds.
+    #[error(
+        "an equilibrium needs grips, clamps or fixed segments, but nothing holds the rods of segment {segment}, and their \
+         weight, the loads or the wind drive them off"
+    )]
+    DrivenOff {
+        /// The first of their segments.
+        segment: usize,
+    },
+    /// The linear solver cannot be set up for this graph.
+    #[error(transparent)]
+    Solver(#[from] jointed::linear::solvers::SolverError),
+    /// A parameter of a static analysis is not allowed.
+    #[error("static parameter {0}")]
+    Params(#[from] StaticParamsError),
+    /// Contacts where nothing knows of them.
+    #[error(
+        "{what} knows no contacts, but the model has some (between segments: {}, obstacles: {obstacles})",
+        if *.between_segments { "yes" } else { "no" }
+    )]
+    Contacts {
+        /// What was asked for.
+        what: &'static str,
+        /// Whether segments can touch each other.
+        between_segments: bool,
+        /// Number of obstacles.
+        obstacles: usize,
+    },
+}
+
+/// Refuses a model with contacts for `what`, which knows none.
+pub(super) fn without_contacts(model: &Model, what: &'static str) -> Result<(), StaticError> {
+    if model.contacts.is_empty() {
+        return Ok(());
+    }
+    let (between_segments, obstacles) = (model.contacts.between_segments.is_some(), model.contacts.obstacles.len());
+    Err(StaticError::Contacts { what, between_segments, obstacles })
+}
