@@ -1,4 +1,4 @@
-//! Time per segment and outer iteration of the direct path, all in, against rivals: `cargo bench -p cosserat-solver`.
+//! Time per segment and outer iteration of the direct path, all in, against rivals: `cargo bench -p cosserat-dynamics`.
 //!
 //! Every figure is the median of some repeats; the variants of a table's row take turns within each repeat.
 

@@ -266,7 +266,7 @@ impl ContactWorld {
             }
         }
         let mut watch = Stopwatch::start();
-        shared.keep(stages[..islands.sizes.len()].iter());
+        shared.keep(stages[..islands.sizes.len()].iter().flat_map(IslandContacts::contacts));
         sets.sort_unstable_by_key(|set| set.touch.as_ref().map_or(0, |touch| touch.number));
         watch.mark(&mut counters.times.contact);
         status

@@ -4,10 +4,10 @@ mod together;
 
 use std::sync::Arc;
 
-pub use crate::contact::Touching;
 use component::{Begin, BodyPose, Component, pick_pose, pick_spatial};
 use kernels::Spatial;
 use kernels::lane::Real;
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::step::Interval;
 
@@ -44,4 +44,26 @@ impl Substep {
             self.begin.poses = before.poses.clone();
         }
     }
+}
+
+/// A contact that presses, at the end of a solved step. Its bodies are a segment and its partner, another one or an obstacle; six
+/// rows or columns each: shift and turn, or force and torque.
+#[derive(Clone, Debug)]
+pub struct Touching {
+    /// Segments of the model; no second one where the partner is an obstacle.
+    pub segments: (usize, Option<usize>),
+    /// The obstacle, where the partner is one.
+    pub obstacle: Option<usize>,
+    /// The push by the poses at the end, with the impulse as it is in the contact's frame.
+    pub push_by_pose: SMatrix<f64, 12, 12>,
+    /// The push by the impulse.
+    pub push_by_impulse: SMatrix<f64, 12, 3>,
+    /// The equations [m] by the poses at the end.
+    pub by_pose: SMatrix<f64, 3, 12>,
+    /// The equations by the poses at the start.
+    pub by_start: SMatrix<f64, 3, 12>,
+    /// The equations by the impulse.
+    pub by_impulse: Matrix3<f64>,
+    /// The equations by the logarithm of the friction.
+    pub by_friction: Vector3<f64>,
 }

@@ -6,58 +6,19 @@
 //! register; contacts whose impulses do not change cost nothing.
 //!
 //! Where many contacts push a set whose bodies form chains, blocks of neighbours along it are a group each, and what groups do to
-//! each other goes through the bodies between them (`operator/linked.rs`).
+//! each other goes through the bodies between them (`delassus/linked.rs`, `delassus/others.rs`).
 
+mod group;
 mod linked;
+mod others;
 
 use kernels::flat::{flat, flat_mut};
-use kernels::lane::{Lanes, Real};
+use kernels::lane::Real;
 
+use self::group::{Group, LANES, NONE, NOWHERE, Seat, product, row, three, width};
 use self::linked::{Linked, Links};
 
-/// Three numbers of a contact: along its normal and along two tangents.
-pub type Row = [f64; 3];
-/// A 3 x 3 block of two contacts, by rows.
-pub type Block3 = [Row; 3];
-
-/// Eight numbers of a row.
-pub type Chunk = Lanes<8>;
-const LANES: usize = Chunk::LANES;
-
-/// A group's contacts, and where its numbers are.
-#[derive(Clone, Copy, Debug, Default)]
-struct Group {
-    /// First of its `members`.
-    first: usize,
-    count: usize,
-    /// Chunks of a row.
-    width: usize,
-    /// First chunk of its matrix, row by row.
-    matrix: usize,
-    /// First chunk of its part of `W dz`.
-    moved: usize,
-    /// The groups of the same set: the first, and the one after the last.
-    chain: [u32; 2],
-}
-
-impl Group {
-    /// Whether the set has other groups.
-    #[inline(always)]
-    fn is_linked(&self) -> bool {
-        self.chain[1] - self.chain[0] > 1
-    }
-}
-
-/// A contact's place in a group.
-#[derive(Clone, Copy, Debug)]
-struct Seat {
-    group: u32,
-    index: u32,
-}
-
-/// No group.
-const NONE: u32 = u32::MAX;
-const NOWHERE: Seat = Seat { group: NONE, index: 0 };
+pub use self::group::{Block3, Chunk, Moved, Row};
 
 /// W.
 #[derive(Default)]
@@ -118,37 +79,6 @@ impl<'a> Part<'a> {
             }
         }
     }
-}
-
-/// Chunks of a row of so many contacts.
-fn width(contacts: usize) -> usize {
-    (3 * contacts).div_ceil(LANES)
-}
-
-/// W times the changes of impulses: a run of groups.
-pub struct Moved<'a> {
-    /// The run.
-    pub chunks: &'a mut [Chunk],
-    /// The first one's place among all.
-    pub first: usize,
-}
-
-/// Three of the numbers of some chunks.
-#[inline(always)]
-fn three(chunks: &[Chunk], index: usize) -> Row {
-    row(flat(chunks), index)
-}
-
-/// Three of some numbers.
-#[inline(always)]
-fn row(numbers: &[f64], index: usize) -> Row {
-    let numbers = &numbers[3 * index..3 * index + 3];
-    [numbers[0], numbers[1], numbers[2]]
-}
-
-/// The product of two blocks.
-fn product(a: &Block3, b: &Block3) -> Block3 {
-    a.map(|row| [0, 1, 2].map(|c| row[0] * b[0][c] + row[1] * b[1][c] + row[2] * b[2][c]))
 }
 
 impl Delassus {

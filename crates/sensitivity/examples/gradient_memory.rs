@@ -1,7 +1,7 @@
 //! The memory and the time of a gradient with checkpoints: of a long coil, for the height of its last segment at the end, with
 //! respect to everything.
 //!
-//! `cargo run -p cosserat-solver --example gradient_memory -- SEGMENTS STEPS STRETCH` (100,000, 1,000 and 30 unless told). Peak memory is
+//! `cargo run -p cosserat-sensitivity --example gradient_memory -- SEGMENTS STEPS STRETCH` (100,000, 1,000 and 30 unless told). Peak memory is
 //! the kernel's `VmHWM`, where there is one.
 
 use std::error::Error;

@@ -10,13 +10,13 @@ mod touching;
 
 use component::{BodyPose, Component, Residuals};
 use jointed::linear::LinearSolver;
+use jointed::linear::articulated::Articulated;
 use jointed::tangent::Equations;
 use jointed::tangent::elimination::Elimination;
 use jointed::topology::Topology;
 use kernels::Spatial;
 use kernels::lane::Real;
 use kernels::math::Vec3;
-use touching::Touching;
 
 use super::{Attempt, TangentChoice, begin, evaluate, may_go_on, solve, update};
 use crate::counters::{Counters, Stopwatch};
@@ -46,6 +46,17 @@ fn mask<T: Real>(lanes: Lanes) -> T {
 /// The lanes of T among `of` in which something holds.
 fn lanes<T: Real>(of: Lanes, holds: impl Fn(usize) -> bool) -> Lanes {
     (0..T::LANES).filter(|&lane| of >> lane & 1 == 1 && holds(lane)).map(|lane| 1 << lane).sum()
+}
+
+/// What only sets that contacts can push need.
+#[derive(Default)]
+struct Touching {
+    /// Whether the iteration under way takes the exact tangent.
+    is_taken: bool,
+    /// Whether none does any more in the attempt under way.
+    is_given_up: bool,
+    /// How the bodies answer forces, along the tree that the elimination goes by; made when it is first asked for.
+    transfers: Option<Box<Articulated>>,
 }
 
 /// Memory for steps with the exact tangent, of one connected set or of alike ones in lanes.

@@ -16,8 +16,9 @@ use kernels::math::Vec3;
 use rayon::prelude::*;
 
 use super::TooManyContacts;
-use super::geometry::{Contact, Shape};
+use super::geometry::Contact;
 use super::sets::Sets;
+use super::shape::Shape;
 use crate::connected_set::{ConnectedSet, Projector, Touch};
 use crate::limits::shares_contacts;
 

@@ -5,9 +5,9 @@ use component::BodyPose;
 use kernels::math::Vec3;
 
 use super::convert::to_nalgebra;
-use super::culling::MotionBound;
-use super::geometry::Shape;
+use super::motion_bound::MotionBound;
 use super::obstacles::Placed;
+use super::shape::Shape;
 
 /// Ways from which on a segment is fast \[radii\].
 const FAST: f64 = 4.0;

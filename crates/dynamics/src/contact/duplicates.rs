@@ -11,8 +11,9 @@ use kernels::math::Vec3;
 use rayon::prelude::*;
 use rod::{Body, Joint, Model};
 
-use super::geometry::{Contact, Shape};
+use super::geometry::Contact;
 use super::key::{Feature, Key, Partner};
+use super::shape::Shape;
 use crate::limits::shares_contacts;
 
 /// Difference of gaps that is none \[radii\].

@@ -1,9 +1,8 @@
 //! Where two bodies touch: normal, gap, slip and lever arms of a contact at the current poses.
 
-use collision::sweep::{MovingCapsule, crosses, crossing_normal, first_touch};
+use collision::sweep::{crosses, crossing_normal, first_touch};
 use collision::{TriangleMesh, closest};
 use component::snapshot::StateVisitor;
-use component::{BodyPose, Component};
 use kernels::Spatial;
 use kernels::math::Vec3;
 use nalgebra::Vector3;
@@ -11,60 +10,12 @@ use rod::{Friction, ObstacleShape};
 
 use super::convert::{to_kernel, to_nalgebra};
 use super::key::{Feature, Key, Partner, key, words};
-use super::mesh_contacts::Carrier;
-use super::narrow_phase::are_parallel;
 use super::obstacles::Placed;
-use super::sets::Sets;
+use super::shape::{Carrier, Components, Poses, Shape, Side, are_parallel, frame};
 use super::stiffness::tilt_arms;
 
 /// Squared sine of the angle between two axes below which their nearest places may stay where they were.
 const NEARLY_PARALLEL: f64 = 0.1;
-
-/// A segment that can touch something: where it is found, and its size.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Shape {
-    /// Index of the component.
-    pub(crate) component: u32,
-    /// Body of the component.
-    pub(crate) body: u32,
-    /// Half the length [m].
-    pub(crate) half: f64,
-    /// Radius [m].
-    pub(crate) radius: f64,
-    /// Whether it moves freely.
-    pub(crate) free: bool,
-    /// Ends that touch for themselves: where two segments meet end to end, one stands for both.
-    pub(crate) ends: [bool; 2],
-    /// The segment that stands for each end that does not touch for itself.
-    pub(crate) yields_to: [Option<u32>; 2],
-    /// The segment that shares each end and is as thick, if just one does.
-    pub(crate) beyond: [Option<u32>; 2],
-}
-
-impl Shape {
-    /// A segment that moves freely and is joined to nothing: half its length and its radius [m].
-    pub(crate) fn new(component: u32, body: u32, half: f64, radius: f64) -> Self {
-        let (ends, yields_to, beyond) = ([true; 2], [None; 2], [None; 2]);
-        Self { component, body, half, radius, free: true, ends, yields_to, beyond }
-    }
-
-    /// Whether it touches anything: a body that does not has no ends.
-    pub(crate) fn touches(&self) -> bool {
-        self.half > 0.0 || self.ends[0]
-    }
-
-    /// The end that lies at a place along the axis [m], if one does.
-    pub(crate) fn end_at(&self, offset: f64) -> Option<usize> {
-        let is_end = (offset.abs() - self.half).abs() < 1e-6 * self.half;
-        is_end.then_some(usize::from(offset > 0.0))
-    }
-
-    /// Ends of the axis [m].
-    pub(crate) fn place(&self, pose: &BodyPose<f64>) -> [Vec3<f64>; 2] {
-        let arm = pose.q.axis() * self.half;
-        [pose.x - arm, pose.x + arm]
-    }
-}
 
 /// A possible contact over one step.
 #[derive(Clone, Copy, Debug)]
@@ -136,63 +87,13 @@ pub(crate) struct World<'a> {
 
 impl World<'_> {
     /// The mesh of segment `index`, and where it is at the start of the step and in `poses`.
-    pub(super) fn body(&self, index: u32, components: &Sets<'_>, poses: Poses) -> Option<Carrier<'_>> {
+    pub(super) fn body(&self, index: u32, components: &impl Components, poses: Poses) -> Option<Carrier<'_>> {
         let place = self.bodies.binary_search_by_key(&index, |body| body.0).ok()?;
         let shape = &self.shapes[index as usize];
-        let component = &components[shape.component as usize].component;
+        let component = &components.component(shape.component);
         let start = component.start[shape.body as usize];
         let now = if poses == Poses::Start { start } else { component.poses[shape.body as usize] };
         Some(Carrier { mesh: &self.bodies[place].1, frames: [start, now], body: Some([start, now]) })
-    }
-}
-
-/// At which poses contacts are evaluated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Poses {
-    /// Those at the start of the step.
-    Start,
-    /// The current ones.
-    Now,
-    /// The current ones, with normals between those of the evaluation before and the new ones: nearest places that jump to
-    /// and fro as the bodies move settle so. It errs to the safe side, for along any other normal two bodies are nearer.
-    Settling,
-}
-
-/// A body as a contact sees it, at its start and now.
-pub(super) struct Side {
-    pub(super) start: BodyPose<f64>,
-    pub(super) now: BodyPose<f64>,
-    pub(super) ends: [Vec3<f64>; 2],
-    pub(super) ends_before: [Vec3<f64>; 2],
-    pub(super) radius: f64,
-}
-
-impl Side {
-    fn of(shape: &Shape, component: &Component<f64>, poses: Poses) -> Self {
-        let start = component.start[shape.body as usize];
-        let now = if poses == Poses::Start { start } else { component.poses[shape.body as usize] };
-        Self { start, now, ends: shape.place(&now), ends_before: shape.place(&start), radius: shape.radius }
-    }
-
-    /// What stands still.
-    pub(super) fn fixed(ends: [Vec3<f64>; 2], radius: f64) -> Self {
-        let pose = BodyPose { x: ends[0], q: kernels::math::Quat::identity() };
-        Self { start: pose, now: pose, ends, ends_before: ends, radius }
-    }
-
-    /// Its way through the step.
-    fn way(&self) -> MovingCapsule {
-        MovingCapsule { from: self.ends_before.map(to_nalgebra), to: self.ends.map(to_nalgebra), radius: self.radius }
-    }
-
-    fn at(&self, s: f64) -> Vec3<f64> {
-        self.ends[0] + (self.ends[1] - self.ends[0]) * s
-    }
-
-    /// How far the material point at `arm` from the centre has moved since the start of the step.
-    fn moved(&self, arm: Vec3<f64>) -> Vec3<f64> {
-        let before = self.start.q.rotate(self.now.q.rotate_back(arm));
-        self.now.x + arm - self.start.x - before
     }
 }
 
@@ -256,14 +157,14 @@ impl Contact {
     }
 
     /// Evaluates the contact at the components' poses.
-    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &Sets<'_>, poses: Poses) {
+    pub(crate) fn evaluate(&mut self, world: &World<'_>, components: &impl Components, poses: Poses) {
         let (index, partner, feature) = self.key;
         let shape = &world.shapes[index as usize];
-        let own = Side::of(shape, &components[shape.component as usize].component, poses);
+        let own = Side::of(shape, components.component(shape.component), poses);
         match partner {
             Partner::Segment(other) => {
                 let shape = &world.shapes[other as usize];
-                let other = Side::of(shape, &components[shape.component as usize].component, poses);
+                let other = Side::of(shape, components.component(shape.component), poses);
                 self.between(&own, &other, feature, poses);
             }
             _ if self.is_of_solid() => {
@@ -464,21 +365,6 @@ impl Contact {
     pub(crate) fn world(&self, [n, t1, t2]: [f64; 3]) -> Vec3<f64> {
         self.frame[0] * n + self.frame[1] * t1 + self.frame[2] * t2
     }
-}
-
-/// The normal and two tangents; nearly continuous in the normal.
-pub(super) fn frame(n: Vec3<f64>) -> [Vec3<f64>; 3] {
-    let [x, y, z] = n.0.map(f64::abs);
-    let helper = if x <= y && x <= z {
-        Vec3([1.0, 0.0, 0.0])
-    } else if y <= z {
-        Vec3([0.0, 1.0, 0.0])
-    } else {
-        Vec3([0.0, 0.0, 1.0])
-    };
-    let across = n.cross(helper);
-    let t = across * (1.0 / across.norm_squared().sqrt());
-    [n, t, n.cross(t)]
 }
 
 /// A normal of two axes that cross.

@@ -16,11 +16,13 @@ use rod::Surface;
 use super::TooManyContacts;
 use super::assemble::{Assembly, components_of};
 use super::broad_phase::BroadPhase;
-use super::culling::{self, MotionBounds};
+use super::culling;
 use super::duplicates::{self, Holders};
-use super::geometry::{Contact, Poses, Shape, World};
+use super::geometry::{Contact, World};
 use super::mesh_contacts::{Deepest, let_wait};
+use super::motion_bound::MotionBounds;
 use super::sets::Sets;
+use super::shape::{Poses, Shape};
 use super::shared::Shared;
 use super::warm_start::{self, Pressed};
 use crate::connected_set::{ConnectedSet, Touch};
@@ -28,8 +30,6 @@ use crate::counters::Counters;
 use crate::formulation::Formulation;
 use crate::limits::shares_contacts;
 use crate::step::Interval;
-
-pub use slopes::Touching;
 
 /// Steps in a row in which a contact that presses is an impact: bodies may stop in the first a little above each other, and
 /// touch in the second.

@@ -6,8 +6,8 @@
 use collision::{Aabb, SpatialHash};
 use nalgebra::Vector3;
 
-use super::geometry::Shape;
 use super::island_contacts::IslandContacts;
+use super::shape::Shape;
 use super::shared::Shared;
 use crate::connected_set::ConnectedSet;
 

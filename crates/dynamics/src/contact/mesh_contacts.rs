@@ -7,16 +7,15 @@
 
 use collision::mesh::{Edge, Face, RoundSide};
 use collision::sweep::first_touch;
-use collision::{Aabb, MovingCapsule, TriangleMesh};
-use component::BodyPose;
+use collision::{Aabb, MovingCapsule};
 use kernels::math::Vec3;
 use nalgebra::Vector3;
 use rod::Friction;
 
 use super::convert::{to_kernel, to_nalgebra};
-use super::geometry::{Contact, Poses, Shape, Side};
+use super::geometry::Contact;
 use super::key::{Feature, Partner};
-use super::narrow_phase::are_parallel;
+use super::shape::{Carrier, Poses, Shape, Side, are_parallel};
 use crate::contact_params::ContactParams;
 
 /// How far beside a face a place may be and still belong to it, relative to the segment's radius: no gap is left between two
@@ -26,48 +25,6 @@ pub(super) const BESIDE: f64 = 1e-6;
 pub(super) const ASKEW: f64 = 1e-3;
 /// Cosine of the angle below which two normals are nearly the same.
 pub(super) const ALIKE: f64 = 0.7;
-
-/// A mesh over a step.
-pub(super) struct Carrier<'a> {
-    pub(super) mesh: &'a TriangleMesh,
-    /// Where its axes are at the start of the step, and now.
-    pub(super) frames: [BodyPose<f64>; 2],
-    /// Poses of the body that it belongs to, then and now; `None` where it stands still.
-    pub(super) body: Option<[BodyPose<f64>; 2]>,
-}
-
-impl Carrier<'_> {
-    /// A place of the world in the axes of the mesh [m], at the start of the step (0) or now (1).
-    pub(super) fn to_mesh(&self, when: usize, place: Vec3<f64>) -> Vector3<f64> {
-        let BodyPose { x, q } = self.frames[when];
-        to_nalgebra(q.rotate_back(place - x))
-    }
-
-    /// Of [`Carrier::to_mesh`] the inverse.
-    pub(super) fn to_world(&self, when: usize, place: &Vector3<f64>) -> Vec3<f64> {
-        let BodyPose { x, q } = self.frames[when];
-        x + q.rotate(to_kernel(place))
-    }
-
-    /// A direction of the mesh in the world now.
-    pub(super) fn turned(&self, direction: &Vector3<f64>) -> Vec3<f64> {
-        self.frames[1].q.rotate(to_kernel(direction))
-    }
-
-    /// Where a corner is now [m].
-    pub(super) fn corner(&self, corner: u32) -> Vec3<f64> {
-        self.mesh.corners().get(corner as usize).map_or(self.frames[1].x, |place| self.to_world(1, place))
-    }
-
-    /// It, with an edge, as a body that a contact sees.
-    pub(super) fn side(&self, ends: &[Vector3<f64>; 2]) -> Side {
-        let [before, ends] = [0, 1].map(|when| ends.each_ref().map(|end| self.to_world(when, end)));
-        match self.body {
-            Some([start, now]) => Side { start, now, ends, ends_before: before, radius: 0.0 },
-            None => Side::fixed(ends, 0.0),
-        }
-    }
-}
 
 impl Contact {
     /// Whether a mesh is part of it.

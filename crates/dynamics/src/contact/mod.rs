@@ -13,10 +13,12 @@ mod island_contacts;
 mod islands;
 mod key;
 mod mesh_contacts;
+mod motion_bound;
 mod narrow_phase;
 mod obstacles;
 mod overlap;
 mod sets;
+mod shape;
 mod shared;
 mod solid_contacts;
 mod stiffness;
@@ -26,15 +28,14 @@ mod warm_start;
 
 pub use overlap::{Overlap, Overlapped};
 
-pub(crate) use culling::MotionBounds;
 pub(crate) use duplicates::share_ends;
 pub(crate) use exclusion::PairFilter;
-pub(crate) use geometry::Shape;
 pub(crate) use island_contacts::IslandContacts;
-pub use island_contacts::Touching;
 pub(crate) use islands::Islands;
+pub(crate) use motion_bound::MotionBounds;
 pub(crate) use overlap::refuse_overlaps;
 pub(crate) use sets::Sets;
+pub(crate) use shape::Shape;
 pub(crate) use shared::Shared;
 
 /// More contacts press at once than there is memory for.

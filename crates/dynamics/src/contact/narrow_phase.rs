@@ -10,10 +10,10 @@ use rod::{BodyShape, CYLINDER_SIDES, Carried, Model, Segment, Surface};
 use super::broad_phase::{BroadPhase, SweptBound};
 use super::convert::{to_kernel, to_nalgebra};
 use super::exclusion::PairFilter;
-use super::geometry::{Contact, Poses, Shape, World};
+use super::geometry::{Contact, World};
 use super::key::{Feature, Partner};
 use super::obstacles::Placed;
-use super::sets::Sets;
+use super::shape::{Components, Poses, Shape, are_parallel};
 use super::{mesh_contacts, solid_contacts};
 use crate::contact_params::ContactParams;
 use crate::step::Interval;
@@ -141,9 +141,9 @@ impl NarrowPhase {
     }
 
     /// Whether every segment is still within the box of the last search.
-    pub(crate) fn covers(&self, search: &BroadPhase, components: &Sets<'_>) -> bool {
+    pub(crate) fn covers(&self, search: &BroadPhase, components: &impl Components) -> bool {
         let ends = |shape: &Shape| {
-            let component = &components[shape.component as usize].component;
+            let component = &components.component(shape.component);
             shape.place(&component.poses[shape.body as usize])
         };
         let slack = self.params.search_room;
@@ -159,7 +159,7 @@ impl NarrowPhase {
             let shape = &self.shapes[*index as usize];
             let Some(seen) = seen else { return true };
             search.segments.binary_search(index).is_err() || {
-                let pose = components[shape.component as usize].component.poses[shape.body as usize];
+                let pose = components.component(shape.component).poses[shape.body as usize];
                 let (moved, turned) = (pose.x - seen.x, pose.q.turn_since(seen.q));
                 let [moved, turned] = [moved, turned].map(|v| v.norm_squared().sqrt());
                 let of_solids = if with_solids { solid_contacts::ROOM * shape.radius } else { f64::INFINITY };
@@ -167,7 +167,7 @@ impl NarrowPhase {
             }
         };
         let in_sight = |(shape, sight): (&Shape, &SweptBound)| {
-            !shape.free || sight.holds(&components[shape.component as usize].component.poses[shape.body as usize])
+            !shape.free || sight.holds(&components.component(shape.component).poses[shape.body as usize])
         };
         in_rooms
             && own().zip(&search.sights).all(in_sight)
@@ -178,7 +178,13 @@ impl NarrowPhase {
     /// Replaces `out` by the possible contacts of a search's segments on their ways from their start over the prediction to where
     /// they are, in the order of their keys. Contacts with meshes stay while they press. `again`: whether it has searched in
     /// this step before.
-    pub(crate) fn detect(&self, search: &mut BroadPhase, again: bool, components: &Sets<'_>, out: &mut Vec<Contact>) {
+    pub(crate) fn detect(
+        &self,
+        search: &mut BroadPhase,
+        again: bool,
+        components: &impl Components,
+        out: &mut Vec<Contact>,
+    ) {
         if again {
             search.grow();
         }
@@ -187,7 +193,7 @@ impl NarrowPhase {
         sights.clear();
         for &i in &*segments {
             let shape = &self.shapes[i as usize];
-            let component = &components[shape.component as usize].component;
+            let component = &components.component(shape.component);
             let body = shape.body as usize;
             sights.push(self.sight(shape, component));
             let ends = [
@@ -266,7 +272,7 @@ impl NarrowPhase {
         }
     }
 
-    fn with_meshes(&self, search: &mut BroadPhase, components: &Sets<'_>, out: &mut Vec<Contact>) {
+    fn with_meshes(&self, search: &mut BroadPhase, components: &impl Components, out: &mut Vec<Contact>) {
         let BroadPhase { segments, boxes, seen, seen_bodies, part, .. } = search;
         let obstacles = part.as_ref().map_or(&self.obstacles, |part| &part.0);
         seen.clear();
@@ -274,7 +280,7 @@ impl NarrowPhase {
         seen_bodies.clear();
         seen_bodies.resize(self.bodies.len(), None);
         let ways = |shape: &Shape| {
-            let component = &components[shape.component as usize].component;
+            let component = &components.component(shape.component);
             [&component.start, &component.poses].map(|poses| shape.place(&poses[shape.body as usize]))
         };
         for &which in &self.meshes {
@@ -322,10 +328,10 @@ impl NarrowPhase {
 
     /// On which part of its segment a contact with a mesh is: for [`mesh_contacts::let_wait`]. `None` of what waits for no other: all
     /// contacts without meshes, and those of a box or a cylinder with a plane.
-    pub(crate) fn sector(&self, contact: &Contact, components: &Sets<'_>) -> Option<u8> {
+    pub(crate) fn sector(&self, contact: &Contact, components: &impl Components) -> Option<u8> {
         let (index, partner, feature) = contact.key;
         let shape = &self.shapes[index as usize];
-        let pose = || components[shape.component as usize].component.poses[shape.body as usize];
+        let pose = || components.component(shape.component).poses[shape.body as usize];
         let is_of_own_mesh = match feature {
             Feature::Corner(_) if partner.whole() == partner => {
                 let body = self.bodies.binary_search_by_key(&index, |body| body.0).ok()?;
@@ -353,7 +359,7 @@ impl NarrowPhase {
     }
 
     /// Adds the contacts of a pair, by places among the search's boxes.
-    fn add_pair(&self, pair: [u32; 2], search: &BroadPhase, components: &Sets<'_>, out: &mut Vec<Contact>) {
+    fn add_pair(&self, pair: [u32; 2], search: &BroadPhase, components: &impl Components, out: &mut Vec<Contact>) {
         let obstacles = self.obstacles(search);
         let gap_at_start = match pair.map(|k| search.sights.get(k as usize)) {
             [Some(a), Some(b)] => a.gap_at_start(b),
@@ -362,7 +368,7 @@ impl NarrowPhase {
         let [a, b] = pair.map(|k| self.number(&search.segments, k));
         let ends = |i: u32| {
             let shape = &self.shapes[i as usize];
-            shape.place(&components[shape.component as usize].component.start[shape.body as usize])
+            shape.place(&components.component(shape.component).start[shape.body as usize])
         };
         let own = &self.shapes[a as usize];
         let segments = self.shapes.len() as u32;
@@ -455,13 +461,6 @@ fn around(centres: &[Vec3<f64>], radius: f64) -> Aabb {
 /// Whether a ball is inside of a box.
 fn within(room: &Aabb, centre: Vector3<f64>, radius: f64) -> bool {
     (0..3).all(|k| room.min[k] <= centre[k] - radius && centre[k] + radius <= room.max[k])
-}
-
-/// Whether the squared sine of the angle between two axes is below `most`.
-pub(super) fn are_parallel(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2], most: f64) -> bool {
-    let (a, b) = (a[1] - a[0], b[1] - b[0]);
-    let size = a.norm_squared() * b.norm_squared();
-    size > 0.0 && a.cross(b).norm_squared() < most * size
 }
 
 #[cfg(test)]

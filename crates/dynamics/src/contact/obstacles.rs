@@ -11,8 +11,8 @@ use nalgebra::{Quaternion, Unit, Vector3};
 use rod::{Carried, Motion, Obstacle, ObstacleShape, Pose, Surface};
 
 use super::convert::{to_kernel, to_nalgebra};
-use super::geometry::{Poses, Side};
-use super::mesh_contacts::Carrier;
+use super::shape::Carrier;
+use super::shape::{Poses, Side};
 use crate::step::Interval;
 
 /// An obstacle at the start and at the end of a step.

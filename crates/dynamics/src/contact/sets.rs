@@ -2,6 +2,9 @@
 
 use std::ops::{Index, IndexMut};
 
+use component::Component;
+
+use super::shape::Components;
 use crate::connected_set::ConnectedSet;
 
 /// Connected sets side by side, and the seat of each set of the model among them.
@@ -57,5 +60,11 @@ impl Index<usize> for Sets<'_> {
 impl IndexMut<usize> for Sets<'_> {
     fn index_mut(&mut self, component: usize) -> &mut ConnectedSet {
         &mut self.own[self.seats[component] as usize]
+    }
+}
+
+impl Components for Sets<'_> {
+    fn component(&self, number: u32) -> &Component<f64> {
+        &self[number as usize].component
     }
 }

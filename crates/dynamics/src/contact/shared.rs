@@ -11,10 +11,10 @@ use rod::{ContactForce, Touched};
 use super::broad_phase::BroadPhase;
 use super::convert::to_nalgebra;
 use super::exclusion::PairFilter;
-use super::geometry::{Contact, Shape};
-use super::island_contacts::IslandContacts;
+use super::geometry::Contact;
 use super::narrow_phase::NarrowPhase;
 use super::sets::Sets;
+use super::shape::Shape;
 use super::warm_start::{self, Pressed};
 use crate::connected_set::ConnectedSet;
 use crate::contact_params::ContactParams;
@@ -131,12 +131,10 @@ impl Shared {
         warm_start::find(detector, search, false, components, found, remembered, counters);
     }
 
-    /// Takes over what presses at the end of a step, from all islands.
-    pub(crate) fn keep<'a>(&mut self, stages: impl Iterator<Item = &'a IslandContacts>) {
+    /// Takes over what presses at the end of a step, from the contacts of all islands.
+    pub(crate) fn keep<'a>(&mut self, contacts: impl Iterator<Item = &'a Contact>) {
         self.pressing.clear();
-        for stage in stages {
-            self.pressing.extend(stage.contacts().iter().filter(|contact| contact.impulse != Vec3::zero()));
-        }
+        self.pressing.extend(contacts.filter(|contact| contact.impulse != Vec3::zero()));
         self.pressing.sort_unstable_by_key(|contact| contact.key);
         self.pressed.clear();
         if self.detector.has_meshes() {

@@ -13,10 +13,12 @@ use kernels::math::Vec3;
 use rod::Friction;
 
 use super::convert::{to_kernel, to_nalgebra};
-use super::geometry::{Contact, Poses, Side, frame};
+use super::geometry::Contact;
 use super::key::{Feature, Partner};
-use super::mesh_contacts::{ASKEW, BESIDE, Carrier, SweptCapsule};
+use super::mesh_contacts::{ASKEW, BESIDE, SweptCapsule};
 use super::obstacles::Placed;
+use super::shape::Carrier;
+use super::shape::{Poses, Side, frame};
 
 /// How far around a body its search looks for what it may touch, in radii of the ball about it.
 pub(super) const ROOM: f64 = 0.1;

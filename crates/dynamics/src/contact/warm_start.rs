@@ -7,7 +7,7 @@ use super::geometry::Contact;
 use super::key::Partner;
 use super::mesh_contacts::ALIKE;
 use super::narrow_phase::NarrowPhase;
-use super::sets::Sets;
+use super::shape::Components;
 use crate::counters::Counters;
 
 /// A contact with a mesh that has pressed, for those that take its place where the segment slides on to other triangles.
@@ -24,7 +24,7 @@ pub(super) fn find(
     detector: &NarrowPhase,
     search: &mut BroadPhase,
     again: bool,
-    components: &Sets<'_>,
+    components: &impl Components,
     contacts: &mut Vec<Contact>,
     remembered: &mut Vec<Contact>,
     counters: &mut Counters,

@@ -6,9 +6,8 @@ use component::{Begin, Members, scatter};
 use kernels::Spatial;
 use rod::Body;
 
-use super::Substep;
+use super::{Substep, Touching};
 use crate::connected_set::ConnectedSet;
-use crate::contact::Touching;
 use crate::step::Interval;
 
 impl Substep {

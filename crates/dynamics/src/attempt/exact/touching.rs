@@ -9,20 +9,9 @@ use jointed::linear::articulated::{Articulated, Side};
 use jointed::topology::Topology;
 use kernels::Spatial;
 
-use super::{Attempt, Exact};
+use super::{Attempt, Exact, Touching};
 use crate::attempt::count_iteration;
 use crate::counters::{Counters, Stopwatch};
-
-/// What only sets that contacts can push need.
-#[derive(Default)]
-pub(crate) struct Touching {
-    /// Whether the iteration under way takes the exact tangent.
-    is_taken: bool,
-    /// Whether none does any more in the attempt under way.
-    is_given_up: bool,
-    /// How the bodies answer forces, along the tree that the elimination goes by; made when it is first asked for.
-    transfers: Option<Box<Articulated>>,
-}
 
 impl Exact<f64> {
     /// Begins an attempt at a step.

@@ -6,8 +6,8 @@ use friction::delassus::{Block3, Moved};
 use kernels::lane::Real;
 use rod::Friction;
 
-use super::super::geometry::Poses;
 use super::super::key::{Feature, Partner};
+use super::super::shape::Poses;
 use super::super::testing::Rods;
 use super::*;
 

@@ -2,7 +2,7 @@
 
 use rod::Friction;
 
-use super::super::geometry::Poses;
+use super::super::shape::Poses;
 use super::super::testing::Rods;
 use super::*;
 
@@ -56,7 +56,7 @@ fn interleaved() -> (Vec<Shape>, [Contact; 2]) {
     let contact = |a, b, ends, gap, normal| {
         let mut contact = Contact::new((a, Partner::Segment(b), Feature::Nearest), Friction::default(), 0.01);
         (contact.ends, contact.gap, contact.normal) = (ends, gap, normal);
-        contact.frame = super::super::geometry::frame(normal);
+        contact.frame = super::super::shape::frame(normal);
         contact
     };
     let up = Vec3([0.0, 0.0, 1.0]);

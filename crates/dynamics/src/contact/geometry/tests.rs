@@ -1,11 +1,12 @@
 //! Contacts of capsules against closed forms, symmetries and brute force.
 
+use component::BodyPose;
 use kernels::math::Quat;
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rod::Friction;
 
-use super::super::culling::MotionBound;
+use super::super::motion_bound::MotionBound;
 use super::*;
 
 /// A pose whose axis points along `direction`, rolled about it by `roll` [rad].

@@ -5,8 +5,9 @@ use kernels::Spatial;
 use kernels::math::{Sym3, Vec3};
 
 use super::super::culling;
-use super::super::geometry::{Contact, Poses, Shape};
+use super::super::geometry::Contact;
 use super::super::sets::Sets;
+use super::super::shape::{Poses, Shape};
 use super::super::shared::Shared;
 use super::{IslandContacts, push};
 use crate::counters::Counters;

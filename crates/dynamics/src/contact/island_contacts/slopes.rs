@@ -16,37 +16,17 @@ use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::IslandContacts;
 use crate::contact::convert::to_nalgebra;
-use crate::contact::geometry::{Contact, Poses, Shape, World};
+use crate::contact::geometry::{Contact, World};
 use crate::contact::obstacles::Placed;
 use crate::contact::sets::Sets;
+use crate::contact::shape::{Poses, Shape};
 use crate::contact::shared::Shared;
+use crate::substep::Touching;
 
 /// Step of the central differences, in radii and in radians.
 const STEP: f64 = 1e-5;
 /// A contact slides where it slips by more than so many times what is good enough.
 const SLIDES: f64 = 10.0;
-
-/// A contact that presses, at the end of a solved step. Its bodies are a segment and its partner, another one or an obstacle; six
-/// rows or columns each: shift and turn, or force and torque.
-#[derive(Clone, Debug)]
-pub struct Touching {
-    /// Segments of the model; no second one where the partner is an obstacle.
-    pub segments: (usize, Option<usize>),
-    /// The obstacle, where the partner is one.
-    pub obstacle: Option<usize>,
-    /// The push by the poses at the end, with the impulse as it is in the contact's frame.
-    pub push_by_pose: SMatrix<f64, 12, 12>,
-    /// The push by the impulse.
-    pub push_by_impulse: SMatrix<f64, 12, 3>,
-    /// The equations [m] by the poses at the end.
-    pub by_pose: SMatrix<f64, 3, 12>,
-    /// The equations by the poses at the start.
-    pub by_start: SMatrix<f64, 3, 12>,
-    /// The equations by the impulse.
-    pub by_impulse: Matrix3<f64>,
-    /// The equations by the logarithm of the friction.
-    pub by_friction: Vector3<f64>,
-}
 
 /// Gap and slip, and the push at an impulse.
 struct Seen {

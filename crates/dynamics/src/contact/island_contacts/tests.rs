@@ -37,7 +37,7 @@ impl Pair {
     /// Whether there was an impact.
     fn end(&mut self) -> bool {
         let impact = self.stage.end_step(&self.shared);
-        self.shared.keep([&self.stage].into_iter());
+        self.shared.keep(self.stage.contacts().iter());
         impact
     }
 }
