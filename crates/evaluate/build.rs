@@ -8,7 +8,7 @@ use std::process::Command;
 use std::{env, fs, io};
 
 /// What decides measurements: crates, scenes, and what the sections share.
-const DECIDING: [&str; 26] = [
+const DECIDING: [&str; 27] = [
     "crates/names/src",
     "crates/rod/src",
     "crates/collision/src",
@@ -16,6 +16,7 @@ const DECIDING: [&str; 26] = [
     "crates/jointed/src",
     "crates/friction/src",
     "crates/component/src",
+    "crates/contact/src",
     "crates/dynamics/src",
     "crates/statics/src",
     "crates/sensitivity/src",

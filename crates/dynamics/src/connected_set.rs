@@ -5,6 +5,7 @@ use std::sync::Arc;
 use component::APART;
 use component::snapshot::StateVisitor;
 use component::{Change, Component, Members, Residuals};
+use contact::motion_bound::MotionBounds;
 use jointed::linear::LinearSolver;
 use jointed::linear::articulated::Side;
 use jointed::linear::compliance::Compliance;
@@ -14,7 +15,6 @@ use kernels::Spatial;
 use rod::{Body, Pose, State};
 
 use crate::attempt::{Attempt, Exact, TangentChoice, attempt, attempt_exactly, count_step, finish};
-use crate::contact::MotionBounds;
 use crate::counters::{Counters, Stopwatch};
 use crate::guess::InitialGuess;
 use crate::projection::Predictor;

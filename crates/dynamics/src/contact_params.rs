@@ -1,5 +1,6 @@
 //! How contacts are found and solved, in numbers.
 
+use contact::NarrowPhaseParams;
 use friction::{ParamsError, SolverParams};
 
 /// The parameters of contacts. Lengths are in radii: those of the smaller body of a contact, or of the segment itself.
@@ -8,12 +9,8 @@ use friction::{ParamsError, SolverParams};
 /// and solved, not what is good enough: that is [`crate::step::StepParams::contact_tolerance`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactParams {
-    /// Room around a segment's way through the step in the search for pairs \[radii\]. Larger: more pairs are looked at.
-    /// Smaller: pairs are searched again more often within a step, as segments leave their room.
-    pub search_room: f64,
-    /// Squared sine of the angle below which two axes count as parallel, so that they touch along a line: its two ends are
-    /// held apart. Larger: more contacts for the same pair. Smaller: rods that lie along each other rock.
-    pub parallel: f64,
+    /// How contacts are found.
+    pub narrow_phase: NarrowPhaseParams,
     /// Contacts whose gap is predicted to stay above this are left out of a solve \[radii\]. Larger: larger problems.
     /// Smaller: more iterations in which a contact turns up late.
     pub active_gap: f64,
@@ -59,8 +56,7 @@ pub struct ContactParams {
 impl ContactParams {
     /// Those that a simulation has unless told otherwise.
     pub const DEFAULT: Self = Self {
-        search_room: 0.5,
-        parallel: 0.03,
+        narrow_phase: NarrowPhaseParams::DEFAULT,
         active_gap: 0.1,
         far_correction: 1.0,
         settle_after: 6,
@@ -84,7 +80,7 @@ impl ContactParams {
     pub fn validate(&self) -> Result<(), ParamsError> {
         let check = ParamsError::check;
         let positive = [
-            ("search_room", self.search_room),
+            ("search_room", self.narrow_phase.search_room),
             ("active_gap", self.active_gap),
             ("far_correction", self.far_correction),
             ("slip_direction_tolerance", self.slip_direction_tolerance),
@@ -97,7 +93,7 @@ impl ContactParams {
             check(name, value, value > 0.0, "finite and > 0")?;
         }
         let shares = [
-            ("parallel", self.parallel),
+            ("parallel", self.narrow_phase.parallel),
             ("sweep_tolerance", self.sweep_tolerance),
             ("sweep_reduction", self.sweep_reduction),
             ("place_hysteresis", self.place_hysteresis),
@@ -125,10 +121,10 @@ mod tests {
         type Change = (&'static str, fn(&mut ContactParams));
         ContactParams::DEFAULT.validate().unwrap();
         let mistakes: [Change; 5] = [
-            ("search_room", |p| p.search_room = 0.0),
+            ("search_room", |p| p.narrow_phase.search_room = 0.0),
             ("active_gap", |p| p.active_gap = f64::NAN),
             ("release_speed", |p| p.release_speed = f64::INFINITY),
-            ("parallel", |p| p.parallel = 1.0),
+            ("parallel", |p| p.narrow_phase.parallel = 1.0),
             ("max_sweeps", |p| p.solver.max_sweeps = 0),
         ];
         for (name, change) in mistakes {

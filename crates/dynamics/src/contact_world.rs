@@ -8,6 +8,9 @@ mod island;
 
 use component::snapshot::StateVisitor;
 use component::{Change, Members};
+use contact::duplicates::share_ends;
+use contact::exclusion::PairFilter;
+use contact::shape::Shape;
 use island::{Island, IslandWorkspace, begin_set, each};
 use jointed::linear::solvers::{SolverError, SolverKind};
 use kernels::Spatial;
@@ -17,8 +20,8 @@ use rod::ContactForce;
 use rod::{Body, Carried, Model};
 
 use crate::connected_set::{ConnectedSet, Touch};
-use crate::contact::{IslandContacts, Islands, PairFilter, Sets, Shape, Shared, share_ends};
 use crate::counters::{Counters, Stopwatch};
+use crate::islands::{IslandContacts, Islands, Sets, Shared};
 use crate::limits::PARALLEL_SEGMENTS;
 use crate::step::{Interval, Status, StepParams};
 use crate::substep::Substep;

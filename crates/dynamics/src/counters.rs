@@ -112,6 +112,14 @@ pub struct Counters {
     pub times: StageTimes,
 }
 
+impl Counters {
+    /// Counts a search that has found so many possible contacts.
+    pub(crate) fn count_search(&mut self, found: usize) {
+        self.contact_searches += 1;
+        self.contact_candidates += found as u64;
+    }
+}
+
 impl AddAssign for Counters {
     fn add_assign(&mut self, o: Self) {
         self.steps += o.steps;

@@ -10,8 +10,7 @@
 //! - `step`: what a step is asked for and how it ends. `guess`, `start`: where a step and its solves begin.
 //! - `attempt`: one attempt at a step of a connected set. `step_control`: whether it is halved. `substep`: what derivatives need of
 //!   an accepted one.
-//! - `contact`: broad phase, narrow phase, the contact problem of an island and its warm start. `contact_world`: islands, step by
-//!   step.
+//! - `islands`: the contact problem of an island, from how rods respond. `contact_world`: islands, step by step.
 //! - `connected_set`: a set with its solver, its guess and its counters. `lane_batch`: alike sets in lanes. `piece`: either of them, or
 //!   all sets that can touch, as `simulation` steps it. `batch`: many simulations as one.
 //!
@@ -22,12 +21,12 @@ pub mod attempt;
 pub mod auto;
 pub mod batch;
 mod connected_set;
-mod contact;
 mod contact_params;
 mod contact_world;
 pub mod counters;
 pub mod formulation;
 pub mod guess;
+mod islands;
 mod lane_batch;
 mod limits;
 mod piece;

@@ -5,15 +5,8 @@ pub(crate) const PARALLEL_SEGMENTS: usize = 256;
 /// The same for a piece of an outer iteration, of a microsecond a segment or so: threads fall asleep between two such pieces,
 /// and take a tenth of a millisecond to wake.
 const PARALLEL_PIECE: usize = 4096;
-/// Below this many contacts of an island, threads cost more than they bring in what is done once an outer iteration.
-const PARALLEL_CONTACTS: usize = 256;
 
 /// Whether threads share a piece of an outer iteration of so many sets with so many segments in all.
 pub(crate) fn shares_piece(sets: usize, segments: usize) -> bool {
     sets > 1 && segments >= PARALLEL_PIECE && rayon::current_num_threads() > 1
-}
-
-/// Whether threads share what is done once an outer iteration for so many contacts.
-pub(crate) fn shares_contacts(contacts: usize) -> bool {
-    contacts >= PARALLEL_CONTACTS && rayon::current_num_threads() > 1
 }

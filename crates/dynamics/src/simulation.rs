@@ -6,6 +6,8 @@ use std::sync::Arc;
 
 use component::snapshot::{Snapshot, StateVisitor};
 use component::{Alike, Component, Members, has_loose, split, split_alike};
+use contact::exclusion::PairFilter;
+use contact::overlap::refuse_overlaps;
 use jointed::linear::solvers::SolverKind;
 use jointed::topology::Topology;
 use nalgebra::Vector3;
@@ -16,7 +18,6 @@ use thiserror::Error;
 
 use crate::attempt::{Exact, TangentChoice};
 use crate::connected_set::{ConnectedSet, Projector};
-use crate::contact::{PairFilter, refuse_overlaps};
 use crate::contact_world::ContactWorld;
 use crate::counters::Counters;
 use crate::formulation::{ContactProjection, Tangent};
@@ -28,7 +29,8 @@ use crate::projection::{Predictor, ProjectionFactory};
 use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::substep::Substep;
 
-pub use crate::contact::{Overlap, Overlapped};
+pub use contact::overlap::Overlap;
+pub use contact::overlap::Overlapped;
 pub use holds::{Taken, TimedGrip};
 pub use rod::{ContactForce, Touched, contact_wrenches};
 

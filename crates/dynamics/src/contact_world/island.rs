@@ -10,9 +10,9 @@ use crate::attempt::{
     TangentChoice, begin, convergence_rate, count_solve, count_step, evaluate, finish, may_go_on, solve, update,
 };
 use crate::connected_set::{ConnectedSet, Projector};
-use crate::contact::{IslandContacts, Sets, Shared, TooManyContacts};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
+use crate::islands::{IslandContacts, Sets, Shared, TooManyContacts};
 use crate::limits::shares_piece;
 use crate::start::NoGuess;
 use crate::step::{Interval, Status, StepParams};
