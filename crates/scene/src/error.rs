@@ -39,6 +39,18 @@ pub enum SceneError {
         /// What is wrong, and what is allowed.
         message: String,
     },
+    /// A builtin scene has no such size.
+    #[error("there is no builtin scene `{name}`: the size of a {kind} must be {least} to {largest}")]
+    BuiltinSize {
+        /// The name.
+        name: String,
+        /// What it would be.
+        kind: &'static str,
+        /// The smallest size.
+        least: usize,
+        /// The largest.
+        largest: usize,
+    },
     /// There is no builtin scene of that name.
     #[error("there is no builtin scene `{name}`{meant} (there are {known})")]
     UnknownBuiltin {

@@ -51,7 +51,7 @@ mod text;
 mod tree;
 mod usd;
 
-pub use builtin::{Builtin, builtin, builtin_refined, builtin_set, builtins};
+pub use builtin::{Builtin, builtin, builtin_refined, builtin_set, builtins, is_builtin};
 pub use checked::{MAX_SEGMENTS, RodInfo, RunDefaults, Scene};
 pub use entries::line_of;
 pub use error::{SceneError, nearest};

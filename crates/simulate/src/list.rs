@@ -13,7 +13,8 @@ pub(crate) fn list() -> Result<Outcome> {
     for builtin in &builtins {
         say!("{:width$}  {}", builtin.name, builtin.description)?;
     }
-    say!("\nAnd random scenes, drawn by --seed and --index as in the COPINGNet paper: {}.", random_names())?;
+    say!("\nHeaps and weaves have any size: heap-1280, weave-50.")?;
+    say!("And random scenes, drawn by --seed and --index as in the COPINGNet paper: {}.", random_names())?;
     say!("`simulate NAME --view` writes out/NAME/view.html, a page to watch one.")?;
     Ok(Outcome::Done)
 }

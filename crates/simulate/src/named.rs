@@ -25,7 +25,7 @@ pub(crate) fn random_names() -> String {
 
 /// Whether a scene that comes with the program, or is drawn at random, has this name.
 pub(crate) fn is_known(name: &str) -> bool {
-    RANDOM.iter().any(|&(random, _)| random == name) || scene::builtins().iter().any(|builtin| builtin.name == name)
+    RANDOM.iter().any(|&(random, _)| random == name) || scene::is_builtin(name)
 }
 
 /// The scene file, builtin or random scene of this name.
@@ -58,7 +58,7 @@ pub(crate) fn named(name: &str, of: &OfScene) -> Result<Scene> {
         SceneError::Read { file, source } => anyhow!("cannot read {file}: {source}"),
         SceneError::UnknownBuiltin { name, .. } => unknown(&name),
         setting @ SceneError::Setting { .. } => anyhow!("--set {setting}"),
-        invalid @ SceneError::Invalid { .. } => invalid.into(),
+        other @ (SceneError::Invalid { .. } | SceneError::BuiltinSize { .. }) => other.into(),
     })
 }
 
