@@ -83,6 +83,12 @@
 //! grips that lays a cable along a curve), `snapshot_times` (what snapshots cost), `numerical_damping` (how much energy a swing
 //! loses to the time step).
 //!
+//! # Features
+//!
+//! `scenes` (default): scene files and builtin scenes. `sparse` (default): rods that form loops; without it they are refused
+//! ([`SimulationError::Solver`](simulation::SimulationError::Solver)). `learned`: guesses of trained networks. `live`: a running
+//! simulation in a browser.
+//!
 //! Units are SI throughout: metres, kilograms, seconds, newtons, radians.
 
 pub use nalgebra;

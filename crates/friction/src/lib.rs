@@ -13,6 +13,7 @@ pub mod buckets;
 pub mod cone;
 pub mod delassus;
 mod gauss_seidel;
+mod lu;
 mod newton;
 mod params;
 pub mod partition;

@@ -5,13 +5,11 @@
 //! normal impulse: semi-smooth, so that the derivative of whichever branch holds serves. A line search on the sum of their
 //! squares accepts a step only where it lowers that sum.
 
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::lu::partial_pivoting::{factor, solve};
-use faer::{MatMut, Par};
 use kernels::dispatch::vectorized;
 
 use super::cone::{length, natural_residual};
 use super::delassus::{Chunk, Row};
+use super::lu::Factor;
 use super::problem::Problem;
 use crate::params::SolverParams;
 
@@ -31,9 +29,7 @@ pub(crate) struct Newton {
     /// A contact's rows of W as they enter its equations, of one group.
     products: Vec<f64>,
     rhs: Vec<f64>,
-    /// The pivots' order and its inverse.
-    orders: [Vec<u32>; 2],
-    scratch: MemBuffer,
+    factor: Factor,
     /// 0 before the first iteration.
     damping: f64,
 }
@@ -67,8 +63,7 @@ impl Default for Newton {
             matrix: Vec::new(),
             products: Vec::new(),
             rhs: Vec::new(),
-            orders: Default::default(),
-            scratch: MemBuffer::new(StackReq::empty()),
+            factor: Factor::default(),
             damping: 0.0,
         }
     }
@@ -185,7 +180,7 @@ impl Newton {
             #[inline(always)]
             || self.linearise(problem, size),
         );
-        self.factor_and_solve(size);
+        self.factor.solve(&mut self.matrix, &mut self.rhs);
         for (step, &k) in self.rhs.chunks_exact(3).zip(&self.pressing) {
             self.step[k as usize].copy_from_slice(step);
         }
@@ -226,25 +221,6 @@ impl Newton {
                 add(row, i, own);
             }
         }
-    }
-
-    fn factor_and_solve(&mut self, size: usize) {
-        let Self { matrix, rhs, orders: [order, inverse], scratch, .. } = self;
-        order.resize(size, 0);
-        inverse.resize(size, 0);
-        let need = StackReq::or(
-            factor::lu_in_place_scratch::<u32, f64>(size, size, Par::Seq, Default::default()),
-            solve::solve_transpose_in_place_scratch::<u32, f64>(size, 1, Par::Seq),
-        );
-        if scratch.len() < need.unaligned_bytes_required() {
-            *scratch = MemBuffer::new(need);
-        }
-        // The rows are the columns of its transpose.
-        let mut matrix = MatMut::from_column_major_slice_mut(matrix, size, size);
-        let stack = MemStack::new(scratch);
-        let (_, order) = factor::lu_in_place(matrix.as_mut(), order, inverse, Par::Seq, stack, Default::default());
-        let rhs = MatMut::from_column_major_slice_mut(rhs, size, 1);
-        solve::solve_transpose_in_place(matrix.as_ref(), matrix.as_ref(), order, rhs, Par::Seq, MemStack::new(scratch));
     }
 }
 

@@ -2,7 +2,7 @@ use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::super::tests::{dense, net, random_spd, ring, tree_with_chords};
+use super::super::cholesky::tests::{dense, net, random_spd, ring, tree_with_chords};
 use super::*;
 
 #[test]

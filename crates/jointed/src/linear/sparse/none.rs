@@ -1,0 +1,64 @@
+//! What takes the place of the sparse factor in builds without it: it cannot be made.
+
+use super::{B, SparseError};
+
+/// Rows of a group of columns.
+const C: usize = 3;
+
+/// No factor: there is no value of this type.
+pub enum SparseCholesky {}
+
+impl SparseCholesky {
+    /// Refuses.
+    ///
+    /// # Errors
+    /// [`SparseError::Feature`].
+    pub fn new(_blocks: usize, _pairs: &[(u32, u32)]) -> Result<Self, SparseError> {
+        Err(SparseError::Feature)
+    }
+
+    /// See the factor itself.
+    ///
+    /// # Errors
+    /// None: there is no factor.
+    pub fn factor(&mut self, _diag: &[[[f64; B]; B]], _off: &[[[f64; B]; B]]) -> Result<(), SparseError> {
+        match *self {}
+    }
+
+    /// See the factor itself.
+    pub fn solve(&mut self, _rhs: &mut [[f64; B]]) {
+        match *self {}
+    }
+}
+
+/// Entries of a group of columns in one block row.
+#[derive(Clone, Copy, Debug)]
+pub struct Entries {
+    /// Number of the group.
+    pub group: u32,
+    /// The block row.
+    pub block: u32,
+    /// By column.
+    pub columns: [[f64; B]; C],
+}
+
+/// No products: there is no factor.
+#[derive(Clone, Debug, Default)]
+pub struct Products;
+
+impl Products {
+    /// See the products themselves.
+    pub fn new(cholesky: &SparseCholesky) -> Self {
+        match *cholesky {}
+    }
+
+    /// See the products themselves.
+    pub fn find(&mut self, cholesky: &SparseCholesky, _groups: usize, _entries: &[Entries]) {
+        match *cholesky {}
+    }
+
+    /// See the products themselves.
+    pub fn block(&self, _group: usize, _other: usize) -> [[f64; C]; C] {
+        [[0.0; C]; C]
+    }
+}
