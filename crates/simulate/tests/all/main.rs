@@ -1,6 +1,7 @@
 //! All tests of the crate's public side as one program, which builds faster than one program a file.
 
 mod at_rest;
+mod bits;
 mod common;
 mod docs;
 mod driven;
