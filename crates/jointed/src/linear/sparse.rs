@@ -12,12 +12,26 @@ use thiserror::Error;
 #[cfg(feature = "sparse")]
 pub use cholesky::SparseCholesky;
 #[cfg(not(feature = "sparse"))]
-pub use none::{Entries, Products, SparseCholesky};
+pub use none::{Products, SparseCholesky};
 #[cfg(feature = "sparse")]
-pub use products::{Entries, Products};
+pub use products::Products;
 
 /// Rows of a block: three of stretch-shear, three of bend-twist.
 const B: usize = 6;
+
+/// Columns of a group of them.
+const C: usize = 3;
+
+/// Entries of a group of columns in one block row.
+#[derive(Clone, Copy, Debug)]
+pub struct Entries {
+    /// Number of the group.
+    pub group: u32,
+    /// The block row.
+    pub block: u32,
+    /// By column.
+    pub columns: [[f64; B]; C],
+}
 
 /// Why a matrix has no factor.
 #[derive(Clone, Debug, Error, PartialEq)]

@@ -1,9 +1,6 @@
 //! What takes the place of the sparse factor in builds without it: it cannot be made.
 
-use super::{B, SparseError};
-
-/// Rows of a group of columns.
-const C: usize = 3;
+use super::{B, C, Entries, SparseError};
 
 /// No factor: there is no value of this type.
 pub enum SparseCholesky {}
@@ -29,17 +26,6 @@ impl SparseCholesky {
     pub fn solve(&mut self, _rhs: &mut [[f64; B]]) {
         match *self {}
     }
-}
-
-/// Entries of a group of columns in one block row.
-#[derive(Clone, Copy, Debug)]
-pub struct Entries {
-    /// Number of the group.
-    pub group: u32,
-    /// The block row.
-    pub block: u32,
-    /// By column.
-    pub columns: [[f64; B]; C],
 }
 
 /// No products: there is no factor.

@@ -7,22 +7,8 @@
 use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 
-use super::{B, SparseCholesky};
+use super::{B, C, Entries, SparseCholesky};
 use kernels::dispatch::vectorized;
-
-/// Columns of a group.
-const C: usize = 3;
-
-/// Entries of a group of columns in one block row.
-#[derive(Clone, Copy, Debug)]
-pub struct Entries {
-    /// Number of the group.
-    pub group: u32,
-    /// The block row.
-    pub block: u32,
-    /// By column.
-    pub columns: [[f64; B]; C],
-}
 
 /// What comes through a supernode.
 #[derive(Clone, Debug, Default)]
