@@ -65,7 +65,7 @@ impl ContactParams {
         release_speed: 5.0,
         solver: SolverParams::DEFAULT,
         sweep_tolerance: 0.1,
-        sweep_reduction: 0.03,
+        sweep_reduction: 3e-3,
         max_blocks: 8_000_000,
         joint_tolerance: 0.01,
         motion_tolerance: 10.0,
