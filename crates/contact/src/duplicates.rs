@@ -7,6 +7,7 @@
 
 use std::cmp::Reverse;
 
+use component::Members;
 use kernels::math::Vec3;
 use rayon::prelude::*;
 use rod::{Body, Joint, Model};
@@ -19,8 +20,30 @@ use super::shares_contacts;
 /// Difference of gaps that is none \[radii\].
 const SAME: f64 = 1e-6;
 
+/// The shapes of a model's segments, which these connected sets have, in order; segments of no set touch nothing. Ends that segments
+/// share touch once.
+pub fn shapes<'a>(model: &Model, sets: impl Iterator<Item = &'a Members>) -> Vec<Shape> {
+    let mut shapes = vec![Shape { free: false, ..Shape::new(0, 0, 0.0, 0.0) }; model.segments.len()];
+    for (component, set) in sets.enumerate() {
+        for (body, &index) in set.segments.iter().enumerate() {
+            let segment = &model.segments[index];
+            let capsule = segment.capsule();
+            // What touches nothing has no ends, and a filter keeps it from all others. A sphere has one.
+            let (half, mut radius) = capsule.unwrap_or((0.0, segment.radius));
+            if let Some(mesh) = segment.surface() {
+                // The ball around it.
+                radius = mesh.positions.iter().map(|place| place.norm()).fold(0.0, f64::max);
+            }
+            let shape = Shape::new(component as u32, body as u32, half, radius);
+            shapes[index] = Shape { free: !segment.fixed, ends: [capsule.is_some(), half > 0.0], ..shape };
+        }
+    }
+    share_ends(model, &mut shapes);
+    shapes
+}
+
 /// Says of each end where segments meet which of them stands for it, and which two are as thick and alone there.
-pub fn share_ends(model: &Model, shapes: &mut [Shape]) {
+fn share_ends(model: &Model, shapes: &mut [Shape]) {
     let mut met = vec![[0; 2]; shapes.len()];
     for joint in &model.joints {
         if let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b)

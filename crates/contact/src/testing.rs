@@ -8,7 +8,7 @@ use rod::{Assembly, Material, Model, RodSpec, Surface, shape};
 
 use super::NarrowPhaseParams;
 use super::broad_phase::BroadPhase;
-use super::duplicates::share_ends;
+use super::duplicates::shapes;
 use super::exclusion::PairFilter;
 use super::geometry::Contact;
 use super::narrow_phase::NarrowPhase;
@@ -46,14 +46,7 @@ impl Rods {
         let (members, topologies): (Vec<Members>, Vec<_>) = split(&model).into_iter().unzip();
         let component = |(members, topology)| Component::new(&model, &state, Arc::new(topology), &[members]);
         let sets = members.iter().zip(topologies).map(component).collect();
-        let shape = |index: usize| {
-            let place = |set: &Members| set.segments.iter().position(|&own| own == index);
-            let (component, body) = (0..members.len()).find_map(|k| Some((k, place(&members[k])?))).expect("a set");
-            let segment = &model.segments[index];
-            Shape::new(component as u32, body as u32, 0.5 * segment.length, segment.radius)
-        };
-        let mut shapes: Vec<Shape> = (0..model.segments.len()).map(shape).collect();
-        share_ends(&model, &mut shapes);
+        let shapes = shapes(&model, members.iter());
         Self { model, sets, shapes }
     }
 

@@ -1,6 +1,6 @@
 //! Connected sets of segments that can touch: Algorithm 1 island by island.
 //!
-//! In each step the sets that may touch are islands (`contact/islands.rs`); each goes through its iterations and halvings by
+//! In each step the sets that may touch are islands (`islands/grouping.rs`); each goes through its iterations and halvings by
 //! itself (`island.rs`), on its own thread where there is enough to share. Where nothing is found between two islands at the
 //! start of a step, but sets leave the rooms of that search, it is made sure at the end that none of them could have met.
 
@@ -8,9 +8,8 @@ mod island;
 
 use component::snapshot::StateVisitor;
 use component::{Change, Members};
-use contact::duplicates::share_ends;
+use contact::duplicates::shapes;
 use contact::exclusion::PairFilter;
-use contact::shape::Shape;
 use island::{Island, IslandWorkspace, begin_set, each};
 use jointed::linear::solvers::{SolverError, SolverKind};
 use kernels::Spatial;
@@ -54,26 +53,13 @@ impl ContactWorld {
         params: &StepParams,
     ) -> Result<Self, SolverError> {
         let mut sets: Vec<Box<ConnectedSet>> = sets.into_iter().map(Box::new).collect();
-        let mut shapes = vec![Shape { free: false, ..Shape::new(0, 0, 0.0, 0.0) }; model.segments.len()];
-        for (component, set) in sets.iter_mut().enumerate() {
-            for (body, &index) in set.members.segments.iter().enumerate() {
-                let segment = &model.segments[index];
-                let capsule = segment.capsule();
-                // What touches nothing has no ends, and a filter keeps it from all others. A sphere has one.
-                let (half, mut radius) = capsule.unwrap_or((0.0, segment.radius));
-                if let Some(mesh) = segment.surface() {
-                    // The ball around it.
-                    radius = mesh.positions.iter().map(|place| place.norm()).fold(0.0, f64::max);
-                }
-                let shape = Shape::new(component as u32, body as u32, half, radius);
-                shapes[index] = Shape { free: !segment.fixed, ends: [capsule.is_some(), half > 0.0], ..shape };
-            }
+        for set in &mut sets {
             let bodies = set.component.poses.len();
             set.component.pushes = vec![Spatial::zero(); bodies];
             set.component.pushed = vec![Spatial::zero(); bodies];
             set.component.contact_stiffness = vec![Sym3::zero(); bodies];
         }
-        share_ends(model, &mut shapes);
+        let shapes = shapes(model, sets.iter().map(|set| &set.members));
         let shared = Shared::new(model, shapes, filter, params);
         for (number, set) in sets.iter_mut().enumerate() {
             let (number, response) = (number as u32, shared.response(set)?);

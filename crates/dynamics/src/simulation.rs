@@ -29,8 +29,7 @@ use crate::projection::{Predictor, ProjectionFactory};
 use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::substep::Substep;
 
-pub use contact::overlap::Overlap;
-pub use contact::overlap::Overlapped;
+pub use contact::overlap::{Overlap, Overlapped};
 pub use holds::{Taken, TimedGrip};
 pub use rod::{ContactForce, Touched, contact_wrenches};
 

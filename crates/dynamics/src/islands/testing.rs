@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use component::{Component, split};
+use contact::NarrowPhaseParams;
 use contact::broad_phase::BroadPhase;
-use contact::duplicates::share_ends;
+use contact::duplicates::shapes;
 use contact::exclusion::PairFilter;
 use contact::geometry::Contact;
 use contact::narrow_phase::NarrowPhase;
@@ -18,7 +19,6 @@ use rod::{Assembly, Material, Model, RodSpec, State, Surface, shape};
 use super::Sets;
 use crate::connected_set::{ConnectedSet, Projector, Touch};
 use crate::formulation::Formulation;
-use contact::NarrowPhaseParams;
 
 /// A straight rod: its centre and the whole way along it [m], segments, radius [m] and velocity [m/s].
 pub(super) type Straight = ([f64; 3], [f64; 3], usize, f64, [f64; 3]);
@@ -47,14 +47,7 @@ impl Rods {
         assembly.model_mut().contacts.between_segments = Some(Surface::default());
         let (model, state) = assembly.finish();
         let sets = sets(&model, &state);
-        let shape = |index: usize| {
-            let place = |set: &ConnectedSet| set.members.segments.iter().position(|&own| own == index);
-            let (component, body) = (0..sets.len()).find_map(|k| Some((k, place(&sets[k])?))).expect("a set");
-            let segment = &model.segments[index];
-            Shape::new(component as u32, body as u32, 0.5 * segment.length, segment.radius)
-        };
-        let mut shapes: Vec<Shape> = (0..model.segments.len()).map(shape).collect();
-        share_ends(&model, &mut shapes);
+        let shapes = shapes(&model, sets.iter().map(|set| &set.members));
         let seats = (0..sets.len() as u32).collect();
         Self { model, sets, seats, shapes }
     }
