@@ -1,7 +1,7 @@
 //! Accurate, stable and fast simulation of elastic rods: cables, ropes, sutures, springs, hair, trees.
 //!
 //! This crate is what Rust programs use. Everything in it is defined in a crate behind it and gathered here by topic;
-//! [`prelude`] has what most programs need.
+//! [`prelude`] has what most programs need. The crates behind it are internal: programs do not name them.
 //!
 //! ```
 //! use cosserat::prelude::*;
@@ -85,7 +85,8 @@
 //!
 //! # Features
 //!
-//! `scenes` (default): scene files and builtin scenes. `sparse` (default): rods that form loops; without it they are refused
+//! `derivatives` (default): derivatives of motions and equilibria, and searches. `scenes` (default): scene files and builtin
+//! scenes. `sparse` (default): rods that form loops; without it they are refused
 //! ([`SimulationError::Solver`](simulation::SimulationError::Solver)). `learned`: guesses of trained networks. `live`: a running
 //! simulation in a browser.
 //!
@@ -108,21 +109,26 @@ pub mod assembly {
 /// `docs/scenes.md` of the repository documents the format.
 #[cfg(feature = "scenes")]
 pub mod scene {
-    pub use ::scene::{Builtin, Origin, RodInfo, RunDefaults, Scene, SceneError, builtin, builtins, load, parse};
+    pub use ::scene::{
+        Builtin, Origin, Random, RodInfo, RunDefaults, Scene, SceneError, SceneText, builtin, builtin_refined,
+        builtin_set, builtins, defaults, is_builtin, line_of, load, load_set, nearest, parse, parse_refined, parse_set,
+        sampling,
+    };
 }
 
 /// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths, first modes; parts of it.
 pub mod state {
     pub use rod::{
         Body, DriveError, Freedom, Joint, JointForce, Mode, Model, ModelError, Part, Pose, Probe, Quantity, Reading,
-        Restoring, Segment, Springs, State, curvature, measure,
+        Restoring, Segment, Springs, State, curvature, darboux, measure,
     };
 }
 
 /// What moves by itself: motions of what is held and of obstacles, loads and gravity over time; and what it takes to hold them.
 pub mod motion {
     pub use rod::{
-        Carried, Change, Changing, Driven, Interpolation, Keyframe, KeyframeError, Motion, MovingPose, Reaction, Track,
+        Carried, Change, Changing, Driven, Interpolation, Keyframe, KeyframeError, Motion, MovingPose, Reaction,
+        ReactionParts, Track, Wrench,
     };
 }
 
@@ -130,12 +136,15 @@ pub mod motion {
 pub mod simulation {
     pub use dynamics::batch::Batch;
     pub use dynamics::counters::{Counters, StageTimes};
-    pub use dynamics::formulation::{ContactProjection, Formulation};
+    pub use dynamics::formulation::{ContactProjection, Formulation, Tangent};
     pub use dynamics::simulation::{
-        ContactForce, ContactParams, Overlap, Overlapped, Settings, Simulation, SimulationError, StepReport, Touched,
+        ContactForce, ContactParams, ContactParamsError, Overlap, Overlapped, Settings, Simulation, SimulationError,
+        StepReport, Taken, TimedGrip, Touched, contact_wrenches,
     };
     pub use dynamics::snapshot::Snapshot;
     pub use dynamics::step::{Status, StepParams};
+    pub use jointed::linear::cg::CgParams;
+    pub use jointed::linear::precondition::PreconditionerKind;
     pub use jointed::linear::solvers::SolverKind;
     pub use rod::Integrator;
 }
@@ -150,9 +159,10 @@ pub mod statics {
 }
 
 /// Derivatives of whole runs in formulation `newton` and of equilibria, forward along a few directions and backward for one
-/// number.
+/// number: with the cargo feature `derivatives`, which is on unless it is turned off.
 ///
 /// `docs/derivatives.md` of the repository says what they are worth, what they cost and how to use them.
+#[cfg(feature = "derivatives")]
 pub mod derivative {
     pub use sensitivity::{
         AirVariation, DerivativeError, Equilibrium, Forward, HeldVariation, JointVariation, ObstacleVariation,
@@ -160,7 +170,9 @@ pub mod derivative {
     };
 }
 
-/// Searches for the parameters with which a motion or an equilibrium is what one wants, from its derivatives.
+/// Searches for the parameters with which a motion or an equilibrium is what one wants, from its derivatives: with the cargo
+/// feature `derivatives`.
+#[cfg(feature = "derivatives")]
 pub mod optimise {
     pub use ::optimise::{Fit, LbfgsParams, LeastSquares, Minimum, Normal, Residuals, Step, lbfgs};
 }
@@ -183,8 +195,10 @@ pub mod optimise {
 /// ```
 pub mod guess {
     pub use dynamics::auto::{Choice, choose};
-    pub use dynamics::guess::GuessKind;
+    pub use dynamics::guess::{GuessKind, InitialGuess};
     pub use dynamics::simulation::GuessFactory;
+    pub use jointed::members::Members;
+    pub use jointed::topology::Topology;
 }
 
 /// COPINGNet's guesses, from checkpoints that `cargo run -p train` writes: with the cargo feature `learned`.
@@ -227,6 +241,12 @@ pub mod live {
     };
 }
 
+/// The crates of the numerics as they are, for this project's evidence and learning: stages of a step, its matrices, its linear
+/// solvers, arithmetic in lanes. No promise of stability between versions; programs need none of it.
+pub mod internals {
+    pub use {collision, component, dynamics, jointed, kernels};
+}
+
 /// What most programs need.
 pub mod prelude {
     pub use nalgebra::{UnitQuaternion, Vector3};
@@ -251,6 +271,7 @@ pub mod prelude {
 mod pages {
     #[doc = include_str!("../../../README.md")]
     struct Readme;
+    #[cfg(feature = "derivatives")]
     #[doc = include_str!("../../../docs/derivatives.md")]
     struct Derivatives;
 }
