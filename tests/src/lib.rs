@@ -5,12 +5,11 @@ pub mod vibration;
 
 use std::ops::Range;
 
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
+use cosserat::assembly::{Assembly, Load, Material, RodSpec, Section, Stiffness, shape};
+use cosserat::simulation::{Integrator, Settings, Simulation, Status};
+use cosserat::state::{Model, State};
+use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::Vector3;
-use rod::Integrator;
-use rod::{Assembly, Load, Material, Model, RodSpec, Section, State, Stiffness, shape};
-use statics::{StaticParams, equilibrium};
 
 /// A straight, uniform rod, cut into equal segments.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,7 @@
 //! Free vibrations: the shapes of a beam's modes, and what implicit Euler makes of one mode.
 
-use dynamics::simulation::Simulation;
-use dynamics::step::Status;
-use rod::{Model, State};
+use cosserat::simulation::{Simulation, Status};
+use cosserat::state::{Model, State};
 
 use crate::{by_euler, tight};
 

@@ -6,11 +6,12 @@
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
-use component::Component;
 use copingnet::{CgLoss, Encoder, Encoding, Inputs};
+use cosserat::internals::component::Component;
+use cosserat::internals::jointed::linear::precondition::Preconditioner;
+use cosserat::internals::kernels::Spatial;
+use cosserat::simulation::PreconditionerKind;
 use dataset::{Dataset, Split, Trajectory};
-use jointed::linear::precondition::{Preconditioner, PreconditionerKind};
-use kernels::Spatial;
 
 use crate::samples::{Chunk, Samples};
 

@@ -6,23 +6,22 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use component::{BodyPose, Component};
 use copingnet::{Encoding, Inputs, StepEncoder};
+use cosserat::guess::{GuessFactory, InitialGuess};
+use cosserat::internals::component::{BodyPose, Component};
+use cosserat::internals::dynamics::attempt::attempt;
+use cosserat::internals::dynamics::guess::StepExtrapolation;
+use cosserat::internals::dynamics::start::NoGuess;
+use cosserat::internals::dynamics::step::Interval;
+use cosserat::internals::jointed::linear::LinearSolver;
+use cosserat::internals::kernels::Spatial;
+use cosserat::scene::Scene;
+use cosserat::simulation::{
+    Counters, Formulation, Integrator, Settings, Simulation, SimulationError, SolverKind, Status, StepParams,
+};
 use dataset::{Config, Scenario};
-use dynamics::attempt::attempt;
-use dynamics::counters::Counters;
-use dynamics::formulation::Formulation;
-use dynamics::guess::{InitialGuess, StepExtrapolation};
-use dynamics::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use dynamics::start::NoGuess;
-use dynamics::step::{Interval, Status, StepParams};
 use graph::{Graph, planar_normal};
-use jointed::linear::LinearSolver;
-use jointed::linear::solvers::SolverKind;
-use kernels::Spatial;
 use rayon::prelude::*;
-use rod::Integrator;
-use scene::Scene;
 
 /// Time steps [s].
 pub(crate) const DTS: [f64; 3] = [0.02, 0.05, 0.1];

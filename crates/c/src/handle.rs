@@ -3,15 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use dynamics::auto::choose;
-use dynamics::formulation::Tangent;
-use dynamics::simulation::{ContactForce, Settings, Simulation, contact_wrenches};
-use dynamics::snapshot;
-use dynamics::step::{Status, StepParams};
+use cosserat::assembly::Load;
+use cosserat::guess::choose;
+use cosserat::motion::{Driven, Interpolation, Keyframe, Motion, Reaction, Wrench};
+use cosserat::scene::{self, Scene};
+use cosserat::simulation::{self, ContactForce, Settings, Simulation, Status, StepParams, Tangent, contact_wrenches};
+use cosserat::state::{Body, JointForce, Model, Pose, State};
+use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{Body, Driven, Interpolation, JointForce, Keyframe, Load, Model, Motion, Pose, Reaction, State, Wrench};
-use scene::Scene;
-use statics::{StaticParams, equilibrium};
 
 /// How a call ended that did not do what it was asked for: the codes of the header, which are the programs' exit codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +88,7 @@ pub struct Handle {
 /// A snapshot, with what reactions of its last step ask for.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    snapshot: snapshot::Snapshot,
+    snapshot: simulation::Snapshot,
     before: Before,
     /// What acted in the last step and acts in the next one.
     acting: [Acting; 2],

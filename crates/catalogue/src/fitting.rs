@@ -2,12 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use cosserat::scene::Scene;
+use cosserat::simulation::{Integrator, StepParams, Tangent};
+use cosserat::state::{Body, Joint};
 use dataset::Scenario;
-use dynamics::formulation::Tangent;
-use dynamics::step::StepParams;
-use rod::Integrator;
-use rod::{Body, Joint};
-use scene::Scene;
 
 use crate::name::{GuessName, Recipe};
 
@@ -82,6 +80,8 @@ pub(crate) fn foreign(scene: &Scene, ranges: &BTreeMap<String, [f64; 2]>) -> Opt
 
 #[cfg(test)]
 mod tests {
+    use cosserat::scene;
+
     use super::*;
 
     #[test]
@@ -109,7 +109,7 @@ mod tests {
     #[cfg(feature = "gn")]
     #[test]
     fn it_is_for_helices_like_those_of_its_training() {
-        use dynamics::formulation::Formulation;
+        use cosserat::simulation::Formulation;
 
         let step = |formulation| StepParams {
             formulation,

@@ -3,14 +3,12 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use component::Members;
-use dynamics::guess::{GuessKind, InitialGuess};
-use dynamics::projection::Projection;
+use cosserat::guess::{GuessKind, InitialGuess, Members, Topology};
+use cosserat::internals::dynamics::projection::Projection;
+use cosserat::scene::Scene;
+use cosserat::state::Model;
 use graph::{Graph, Normal, planar_normal};
-use jointed::topology::Topology;
 use knn::{Knn, KnnGuess, Params};
-use rod::Model;
-use scene::Scene;
 use terminal::say;
 
 use crate::name::GuessName;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use dynamics::guess::GuessKind;
+use cosserat::guess::GuessKind;
 use names::names;
 
 /// How a network was trained.

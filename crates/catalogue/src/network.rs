@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use copingnet::{Card, Checkpoint, CheckpointError, Features, GnGuess, GnStepGuess, Head, NetworkConfig, Trained};
+use cosserat::guess::InitialGuess;
 use dataset::Scenario;
-use dynamics::guess::InitialGuess;
 use graph::{Graph, Normal};
 
 use crate::name::{GuessName, Recipe};

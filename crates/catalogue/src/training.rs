@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
+use cosserat::scene::Scene;
 use dataset::{Config, Dataset, MANIFEST, Scenario, generate, open_as};
-use scene::Scene;
 use terminal::say;
 
 use crate::fitting::fitting;

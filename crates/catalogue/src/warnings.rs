@@ -1,8 +1,8 @@
 //! What is said of learned guesses in a scene that is unlike what they learned from.
 
 use anyhow::Result;
+use cosserat::scene::Scene;
 use dataset::Scenario;
-use scene::Scene;
 use terminal::say;
 
 use crate::fitting::foreign;

@@ -4,17 +4,13 @@
 use std::sync::Arc;
 
 use catalogue::{Guess, GuessName, Row, rows};
+use cosserat::assembly::{Assembly, Material, RodSpec, shape};
+use cosserat::simulation::{CgParams, Formulation, Integrator, Settings, Simulation, SolverKind, Status, StepParams};
+use cosserat::state::{Model, State};
 use dataset::{Config, Dataset, Scenario, generate};
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::{Status, StepParams};
 use graph::{Normal, planar_normal};
-use jointed::linear::cg::CgParams;
-use jointed::linear::solvers::SolverKind;
 use knn::{Knn, Params};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::Integrator;
-use rod::{Assembly, Material, Model, RodSpec, State, shape};
 
 const DT: f64 = 0.01;
 /// Velocity [m/s] and angular velocity [rad/s] of the fixed segment: in space, and within the plane of x and z.

@@ -16,7 +16,8 @@ use correction::inside::{Inside, Law, fit};
 use correction::moments::Moments;
 use correction::network::Shape;
 use correction::training::{Plan, train};
-use dynamics::simulation::Settings;
+use cosserat::derivative::{Recording as Steps, StateVariation, Wanted};
+use cosserat::simulation::Settings;
 use identify::cable::{Cable, Resolution};
 use identify::fit::Stage;
 use identify::metric::mean_error;
@@ -25,7 +26,6 @@ use identify::recording::{Reading, Recording, read_all};
 use identify::result::CableFile;
 use identify::specimen::Specimen;
 use nalgebra::Vector3;
-use sensitivity::{Recording as Steps, StateVariation, Wanted};
 
 const STAGES: [Stage; 3] = [
     Stage { frames: Some(100), every: 4, iterations: 2 },

@@ -4,7 +4,11 @@
 //! runs, which grow from stage to stage. What it says is internal: a pair of moments on the two segments of a joint, in the frame
 //! of the first, so that neither momentum nor angular momentum changes by it.
 
-use dynamics::batch::Batch;
+use cosserat::assembly::Load;
+use cosserat::optimise::{LeastSquares, Normal, Residuals};
+use cosserat::simulation::Batch;
+use cosserat::state::darboux::darboux;
+use cosserat::state::{Model, State};
 use identify::cable::{Cable, DENSITY, RADIUS, Resolution};
 use identify::fit::Stage;
 use identify::parameter::{Parameter, Parameters};
@@ -14,10 +18,7 @@ use identify::recording::{GRIPPED, Recording};
 use identify::specimen::Specimen;
 use identify::specimen::SpecimenError;
 use nalgebra::{DVector, Vector2, Vector3};
-use optimise::{LeastSquares, Normal, Residuals};
 use rayon::prelude::*;
-use rod::darboux::darboux;
-use rod::{Load, Model, State};
 
 use crate::moments::{Memory, Moments};
 

@@ -1,10 +1,10 @@
 //! Moments of joints: a perceptron that reads how a joint is bent, and how it was.
 
+use cosserat::state::darboux::darboux;
+use cosserat::state::{Joint, Model, State};
 use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rod::darboux::darboux;
-use rod::{Model, State};
 
 /// Times over which a joint forgets how it was bent [s].
 const FORGOTTEN: [f64; 2] = [0.1, 1.5];
@@ -24,7 +24,7 @@ pub(crate) struct Memory(Vec<[Vector2<f64>; FORGOTTEN.len()]>);
 impl Memory {
     /// Of all joints between segments, which have been bent so for long.
     pub(crate) fn new(model: &Model, state: &State) -> Self {
-        let now = |(k, joint): (usize, &rod::Joint)| {
+        let now = |(k, joint): (usize, &Joint)| {
             [darboux(&state.orientations[k], &state.orientations[k + 1], joint.length).xy(); FORGOTTEN.len()]
         };
         Self(model.joints[..model.segments.len() - 1].iter().enumerate().map(now).collect())

@@ -1,7 +1,7 @@
 //! Batches: features and targets of many samples as one graph, in memory that is used again.
 
+use cosserat::internals::kernels::Spatial;
 use graph::{Batch, Norms, paper};
-use kernels::Spatial;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 

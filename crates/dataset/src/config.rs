@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use dynamics::formulation::Formulation;
-use dynamics::step::StepParams;
+use cosserat::scene;
+use cosserat::scene::sampling::{Family, KNOT_STEPS, Knot, Parameters, TREE_STEPS, Tree};
+use cosserat::simulation::{Formulation, Integrator, StepParams};
 use names::names;
-use rod::Integrator;
-use scene::sampling::{Family, KNOT_STEPS, Knot, Parameters, TREE_STEPS, Tree};
 use serde::{Deserialize, Serialize};
 
 use crate::DatasetError;

@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use component::{Component, Members, split};
-use dynamics::formulation::Formulation;
+use cosserat::guess::{Members, Topology};
+use cosserat::internals::component::{Component, split};
+use cosserat::internals::kernels::Spatial;
+use cosserat::internals::kernels::math::{Quat, Vec3};
+use cosserat::simulation::Formulation;
+use cosserat::state::{Model, State};
 use graph::{Graph, Normal, Norms};
-use jointed::topology::Topology;
-use kernels::Spatial;
-use kernels::math::{Quat, Vec3};
 use rayon::prelude::*;
-use rod::{Model, State};
 
 use crate::DatasetError;
 use crate::config::Split;
@@ -325,6 +325,8 @@ impl<'a> Sample<'a> {
 
 #[cfg(test)]
 mod tests {
+    use cosserat::scene;
+
     use super::*;
     use crate::batch::PaperBatch;
     use crate::{Config, record, write};

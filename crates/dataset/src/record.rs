@@ -7,16 +7,13 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use component::{Component, Members, split};
-use dynamics::guess::InitialGuess;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
+use cosserat::guess::{InitialGuess, Members, Topology};
+use cosserat::internals::component::{Component, split};
+use cosserat::internals::kernels::Spatial;
+use cosserat::scene::Scene;
+use cosserat::simulation::{Settings, Simulation, SolverKind, Status};
+use cosserat::state::{Body, Joint, Model, State};
 use graph::{Normal, Norms, corrections, planar_normal};
-use jointed::linear::solvers::SolverKind;
-use jointed::topology::Topology;
-use kernels::Spatial;
-use rod::{Body, Model, State};
-use scene::Scene;
 
 use crate::{Config, DatasetError};
 
@@ -178,7 +175,7 @@ fn own_model(model: &Model, members: &Members, topology: &Topology) -> Model {
         Some(anchor) => Body::Anchor(anchor),
         None => Body::Segment(i as usize),
     };
-    let joint = |(&k, &[a, b]): (&usize, &[u32; 2])| rod::Joint { a: body(a), b: body(b), ..model.joints[k] };
+    let joint = |(&k, &[a, b]): (&usize, &[u32; 2])| Joint { a: body(a), b: body(b), ..model.joints[k] };
     Model {
         segments: members.segments.iter().map(|&i| model.segments[i].clone()).collect(),
         joints: members.joints.iter().zip(&topology.joints).map(joint).collect(),

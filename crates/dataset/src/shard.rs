@@ -3,8 +3,9 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use cosserat::assembly::InnerDamping;
+use cosserat::state::{Body, Freedom, Joint, Model, Pose, Segment};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{Body, InnerDamping, Joint, Model, Pose, Segment};
 use safetensors::SafeTensors;
 
 use crate::DatasetError;
@@ -193,7 +194,7 @@ impl Shard {
                 youngs_modulus: youngs,
                 torsion_modulus: torsion,
                 mount: None,
-                freedom: rod::Freedom::None,
+                freedom: Freedom::None,
             });
         }
         let gravity = self.arrays::<3>(Name::Gravity, k..k + 1).next().map(Vector3::from).unwrap_or_default();

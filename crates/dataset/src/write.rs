@@ -1,7 +1,7 @@
 //! Recorded trajectories to the bytes of a shard.
 
+use cosserat::state::Body;
 use export::Tensor;
-use rod::Body;
 
 use crate::layout::{Counts, Name, TENSORS};
 use crate::record::Record;

@@ -15,6 +15,7 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
+use cosserat::assembly::{Assembly, Material, Obstacle, ObstacleShape, RodSpec, Surface, shape};
 use equilibria::known::{Known, Previous};
 use equilibria::learned::Learned;
 use equilibria::start::{Curves, Starts};
@@ -22,7 +23,6 @@ use equilibria::{Answer, Cable, Equilibrium, Grip, Params, ParamsError, Query, s
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rod::{Assembly, Material, Obstacle, ObstacleShape, RodSpec, Surface, shape};
 use view::{Frame, Recorder};
 
 /// Poses that are drawn.

@@ -1,6 +1,6 @@
 //! What is answered.
 
-use kernels::math::Vec3;
+use cosserat::internals::kernels::math::Vec3;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::query::Query;

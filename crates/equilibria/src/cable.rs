@@ -1,7 +1,7 @@
 //! A cable between two grips, or in one, as [`crate::batch`] solves it.
 
-use kernels::lane::Real;
-use kernels::math::Vec3;
+use cosserat::internals::kernels::lane::Real;
+use cosserat::internals::kernels::math::Vec3;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::answer::{Equilibrium, Finish};

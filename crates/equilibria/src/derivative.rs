@@ -5,9 +5,9 @@
 
 use std::ops::Range;
 
-use kernels::dispatch::vectorized;
-use kernels::lane::{Lanes, Real};
-use kernels::math::{Quat, Vec3};
+use cosserat::internals::kernels::dispatch::vectorized;
+use cosserat::internals::kernels::lane::{Lanes, Real};
+use cosserat::internals::kernels::math::{Quat, Vec3};
 use nalgebra::Vector3;
 
 use crate::answer::Equilibrium;

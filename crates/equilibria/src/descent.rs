@@ -1,7 +1,7 @@
 //! Newton's method, eight queries side by side: a lane that is done takes the next one.
 
-use kernels::dispatch::vectorized;
-use kernels::lane::Real;
+use cosserat::internals::kernels::dispatch::vectorized;
+use cosserat::internals::kernels::lane::Real;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::problem::{Solved, System, WIDTH, Wide};

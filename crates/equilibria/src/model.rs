@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
+use cosserat::state::{Body, Freedom, Joint, Model, Segment, State};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Body, Freedom, Joint, Model, Segment, State};
 
 use crate::answer::Equilibrium;
 use crate::query::{Cable, Carried, Grip, Query};

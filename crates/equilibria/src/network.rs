@@ -1,7 +1,7 @@
 //! A small perceptron: its weights, their file, and its evaluation in vector registers.
 
+use cosserat::internals::kernels::dispatch::vectorized;
 use export::Tensor;
-use kernels::dispatch::vectorized;
 use safetensors::{Dtype, SafeTensors};
 use thiserror::Error;
 

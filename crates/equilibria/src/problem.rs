@@ -3,7 +3,7 @@
 
 use std::fmt::{Debug, Display};
 
-use kernels::lane::Lanes;
+use cosserat::internals::kernels::lane::Lanes;
 use nalgebra::UnitQuaternion;
 
 use crate::answer::{Answer, Finish};

@@ -1,7 +1,7 @@
 //! A query in units of its cable's length L and larger bending stiffness B: lengths in L, moments in B / L, forces in B / L^2.
 
-use kernels::lane::Real;
-use kernels::math::{Quat, Vec3};
+use cosserat::internals::kernels::lane::Real;
+use cosserat::internals::kernels::math::{Quat, Vec3};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::query::Query;

@@ -18,8 +18,8 @@
 // Rows and columns are numbered as in the formulas.
 #![allow(clippy::needless_range_loop)]
 
-use kernels::lane::Real;
-use kernels::math::{Quat, Vec3};
+use cosserat::internals::kernels::lane::Real;
+use cosserat::internals::kernels::math::{Quat, Vec3};
 
 use crate::joint::{Bend, Factor, column, onto};
 

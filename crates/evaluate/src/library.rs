@@ -6,9 +6,9 @@ use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
 use catalogue::{Guess, GuessName, Network, Recipe, Sources, Training, built_in, fitting};
+use cosserat::scene::Scene;
 use dataset::Scenario;
 use report::Reference;
-use scene::Scene;
 
 /// Guesses with what they have learned, by name.
 pub(crate) type Guesses = Vec<(GuessName, Guess)>;

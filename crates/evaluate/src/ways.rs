@@ -1,18 +1,13 @@
 //! Ways to simulate a scene, by name: every solver with every guess, and predictions alone.
 
 use catalogue::{GuessName, Row, learned_start, rows};
-use dynamics::auto;
-use dynamics::formulation::{Formulation, Tangent};
-use dynamics::guess::GuessKind;
-use dynamics::simulation::Settings;
-use dynamics::step::StepParams;
+use cosserat::guess::{self, GuessKind};
+use cosserat::scene::Scene;
+use cosserat::simulation::{
+    CgParams, Formulation, Integrator, PreconditionerKind, Settings, SolverKind, StepParams, Tangent,
+};
 use evaluation::precision::{Start, Way};
 use graph::planar_normal;
-use jointed::linear::cg::CgParams;
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::linear::solvers::SolverKind;
-use rod::Integrator;
-use scene::Scene;
 
 use crate::context::Size;
 use crate::library::Guesses;
@@ -56,7 +51,7 @@ pub(crate) fn ways<'a>(scene: &Scene, guesses: &'a Guesses, size: Size) -> Vec<W
         let direct = format!("{formulation}, direct");
         add(direct, kinds::DIRECT, formulation, SolverKind::Direct, Start::Plain(GuessKind::Zero));
         let step = StepParams { formulation, ..STEP };
-        let solver = auto::choose(&scene.model, &step, None).solver;
+        let solver = guess::choose(&scene.model, &step, None).solver;
         let chosen = learned_start(scene, &step);
         let chosen = chosen.and_then(|(name, _)| rows.iter().find(|row| row.guess_name == name));
         let start = chosen.map_or(Start::Auto, learned);

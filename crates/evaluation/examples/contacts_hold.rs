@@ -9,11 +9,10 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation, Touched};
-use dynamics::step::{Status, StepParams};
+use cosserat::scene;
+use cosserat::simulation::{Formulation, Settings, Simulation, Status, StepParams, Touched};
+use cosserat::state::measure;
 use evaluation::passing::passing;
-use rod::measure;
 
 /// Steps from one look at swept axes to the next.
 const LOOK: usize = 10;

@@ -300,9 +300,9 @@ pub fn savings(simulations: &[Measured]) -> Vec<GuessSavings> {
 
 #[cfg(test)]
 mod tests {
-    use dynamics::guess::GuessKind;
-    use dynamics::simulation::{GuessFactory, Settings};
-    use jointed::linear::precondition::PreconditionerKind;
+    use cosserat::assembly::{Assembly, Material, RodSpec, shape};
+    use cosserat::guess::{GuessFactory, GuessKind};
+    use cosserat::simulation::{PreconditionerKind, Settings};
     use nalgebra::Vector3;
 
     use super::*;
@@ -310,10 +310,10 @@ mod tests {
 
     #[test]
     fn savings_say_what_was_summed_in_later_steps() {
-        let mut assembly = rod::Assembly::new(Vector3::new(0.0, 0.0, -9.81));
-        let nodes = rod::shape::straight(Vector3::zeros(), Vector3::new(1.0, 0.0, -0.5), 3.0, 12);
-        let material = rod::Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
-        let rod = assembly.rod(&rod::RodSpec::new(nodes, 0.05, material));
+        let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+        let nodes = shape::straight(Vector3::zeros(), Vector3::new(1.0, 0.0, -0.5), 3.0, 12);
+        let material = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+        let rod = assembly.rod(&RodSpec::new(nodes, 0.05, material));
         assembly.fix(rod.start);
         let (model, state) = assembly.finish();
         let fischer = |model: &_, members: &_, topology: &_| GuessKind::Fischer(8).build(model, members, topology);

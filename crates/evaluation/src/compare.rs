@@ -3,11 +3,10 @@
 //! All run the same scene in turns, so that they share what else the machine does; each to the tolerances of its own
 //! settings. The error of each against a reference at the same time step stands beside its times.
 
-use dynamics::counters::Counters;
-use dynamics::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use dynamics::step::{Status, StepParams};
+use cosserat::guess::GuessFactory;
+use cosserat::simulation::{Counters, Settings, Simulation, SimulationError, Status, StepParams};
+use cosserat::state::{Model, State};
 use nalgebra::Vector3;
-use rod::{Model, State};
 use serde::{Deserialize, Serialize};
 
 use crate::precision::metrics::position_error;

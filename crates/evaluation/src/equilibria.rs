@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
+use cosserat::scene::Scene;
+use cosserat::statics::{StaticError, StaticMethod, StaticParams, equilibrium};
 use nalgebra::Vector3;
-use scene::Scene;
 use serde::{Deserialize, Serialize};
-use statics::{StaticError, StaticMethod, StaticParams, equilibrium};
 
 use crate::precision::metrics::position_error;
 

@@ -2,12 +2,9 @@
 
 use std::time::Instant;
 
-use dynamics::formulation::{Formulation, Tangent};
-use dynamics::simulation::{Settings, Simulation, SimulationError};
-use dynamics::step::StepParams;
-use jointed::linear::solvers::SolverKind;
-use scene::Scene;
-use sensitivity::{DerivativeError, Forward, Parameter, Recording, Rods, StateVariation, Wanted};
+use cosserat::derivative::{DerivativeError, Forward, Parameter, Recording, Rods, StateVariation, Wanted};
+use cosserat::scene::Scene;
+use cosserat::simulation::{Formulation, Settings, Simulation, SimulationError, SolverKind, StepParams, Tangent};
 use serde::{Deserialize, Serialize};
 
 /// Wall times of a run and of its derivatives, least of all repetitions [ms].

@@ -10,17 +10,13 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use component::{Component, Members};
-use dynamics::guess::InitialGuess;
-use dynamics::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use jointed::linear::LinearSolver;
-use jointed::linear::cg::CgParams;
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::linear::solvers::SolverKind;
-use jointed::topology::Topology;
-use kernels::Spatial;
+use cosserat::guess::{GuessFactory, InitialGuess, Members, Topology};
+use cosserat::internals::component::Component;
+use cosserat::internals::jointed::linear::LinearSolver;
+use cosserat::internals::kernels::Spatial;
+use cosserat::simulation::{CgParams, PreconditionerKind, Settings, Simulation, SimulationError, SolverKind};
+use cosserat::state::{Model, State};
 use nalgebra::Vector3;
-use rod::{Model, State};
 use serde::{Deserialize, Serialize};
 
 /// Steps that are told apart, counted from 1; the last are those after the impulse.
@@ -354,6 +350,8 @@ pub fn beside_zero(simulations: &[Measured], bucket: usize) -> Vec<BesideZero> {
 
 #[cfg(test)]
 mod tests {
+    use cosserat::assembly::{Assembly, Material, RodSpec, shape};
+
     use super::*;
 
     #[test]
@@ -390,10 +388,10 @@ mod tests {
 
     #[test]
     fn the_impulse_turns_the_rod_about_its_clamp_within_its_plane() {
-        let mut assembly = rod::Assembly::new(Vector3::new(0.0, 0.0, -9.81));
-        let nodes = rod::shape::straight(Vector3::zeros(), Vector3::new(1.0, 0.0, -0.5), 3.0, 10);
-        let material = rod::Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
-        let rod = assembly.rod(&rod::RodSpec::new(nodes, 0.05, material));
+        let mut assembly = Assembly::new(Vector3::new(0.0, 0.0, -9.81));
+        let nodes = shape::straight(Vector3::zeros(), Vector3::new(1.0, 0.0, -0.5), 3.0, 10);
+        let material = Material { youngs_modulus: 1e5, torsion_modulus: 1e5, density: 100.0 };
+        let rod = assembly.rod(&RodSpec::new(nodes, 0.05, material));
         assembly.fix(rod.start);
         let (model, mut state) = assembly.finish();
         strike(&model, &mut state);

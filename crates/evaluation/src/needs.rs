@@ -1,21 +1,17 @@
 //! What a scene needs: the cost of each stage, and what is left out because the scene has no use for it.
 
-use component::{Members, split};
-use dynamics::auto::{self, Choice};
-use dynamics::counters::Counters;
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::simulation::{Settings, Simulation, SimulationError};
-use dynamics::step::{Status, StepParams};
-use jointed::linear::solvers::SolverKind;
-use jointed::topology::Topology;
-use rod::Model;
-use scene::Scene;
+use cosserat::guess::{self, Choice, GuessKind, Members, Topology};
+use cosserat::internals::component::split;
+use cosserat::scene::Scene;
+use cosserat::simulation::{
+    Counters, Formulation, Settings, Simulation, SimulationError, SolverKind, Status, StepParams,
+};
+use cosserat::state::Model;
 use serde::{Deserialize, Serialize};
 
 use crate::stages::Stages;
 
-/// What a scene needs of the solver that is chosen for it ([`auto::choose`]).
+/// What a scene needs of the solver that is chosen for it ([`guess::choose`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Needs {
     /// Linear solver.
@@ -68,7 +64,7 @@ pub fn measure(
     mut go_on: impl FnMut() -> bool,
 ) -> Result<Option<Needs>, SimulationError> {
     let step = StepParams { formulation, integrator: run.integrator.unwrap_or_default(), ..StepParams::default() };
-    let choice = auto::choose(model, &step, None);
+    let choice = guess::choose(model, &step, None);
     let settings = Settings { step, solver: choice.solver };
     let build = |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology);
     let mut simulation = Simulation::new(model, state, &settings, Some(&build))?;

@@ -1,14 +1,9 @@
 //! Newton's method in a step: the positive matrix and the exact tangent side by side.
 
-use component::Members;
-use dynamics::auto;
-use dynamics::formulation::{Formulation, Tangent};
-use dynamics::simulation::{Settings, Simulation, SimulationError};
-use dynamics::step::StepParams;
-use jointed::topology::Topology;
-use rod::Integrator;
-use rod::{Model, State};
-use scene::Scene;
+use cosserat::guess::{self, Members, Topology};
+use cosserat::scene::Scene;
+use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, SimulationError, StepParams, Tangent};
+use cosserat::state::{Model, State};
 use serde::{Deserialize, Serialize};
 
 use crate::compare::{self, Entry};
@@ -54,7 +49,7 @@ pub fn measure(
             tangent,
             ..StepParams::DEFAULT
         };
-        (step, auto::choose(model, &step, None))
+        (step, guess::choose(model, &step, None))
     });
     let builds = ways.each_ref().map(|(_, choice)| {
         |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology)
@@ -77,7 +72,7 @@ pub fn measure(
     if done < steps {
         return Ok(None);
     }
-    let ending = |(row, (step, choice)): (&compare::EntryRun, &(StepParams, auto::Choice))| {
+    let ending = |(row, (step, choice)): (&compare::EntryRun, &(StepParams, guess::Choice))| {
         Ok(Ending {
             tangent: row.name.clone(),
             guess: choice.guess.to_string(),

@@ -1,7 +1,7 @@
 //! Whether segments pass through each other in a step, by brute force on their swept axes: what the solver says is not asked.
 
+use cosserat::state::{Body, Model, State};
 use nalgebra::Vector3;
-use rod::{Body, Model, State};
 
 /// Parts of a step in which each pair of axes is looked at: a pair whose axes lie in one plane twice within a part is missed.
 const PARTS: usize = 64;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use dynamics::counters::{Counters, StageTimes};
+use cosserat::simulation::{Counters, StageTimes};
 use serde::{Deserialize, Serialize};
 
 use crate::guesses::Spread;

@@ -3,11 +3,10 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use cosserat::assembly::{Air, Assembly, Damping, InnerDamping, Material, RestShape, RodSpec, Wind};
+use cosserat::motion::{Carried, Driven, Interpolation, KeyframeError, Motion};
+use cosserat::state::{Body, Model, Pose, Springs, State};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{
-    Air, Assembly, Body, Carried, Damping, Driven, InnerDamping, Interpolation, KeyframeError, Material, Model, Motion,
-    Pose, RestShape, RodSpec, Springs, State, Wind,
-};
 use serde::{Deserialize, Serialize};
 
 use crate::parameter::{PLACES, Parameter, Parameters};

@@ -1,7 +1,7 @@
 //! How well recordings determine what is identified.
 
+use cosserat::optimise::Normal;
 use nalgebra::DMatrix;
-use optimise::Normal;
 use report::significant;
 
 use crate::fit::Fit;

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use cosserat::optimise::{LeastSquares, Normal};
 use nalgebra::DVector;
-use optimise::{LeastSquares, Normal};
 
 use crate::quantity::Quantity;
 use crate::recording::Recording;

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use cosserat::assembly::{Assembly, Material, RodSpec, shape};
+use cosserat::state::{Model, State};
 use nalgebra::Vector3;
-use rod::{Assembly, Material, Model, RodSpec, State, shape};
 use view::{Frame, Recorder, Run, write_page};
 
 use crate::cable::{DENSITY, RADIUS};

@@ -1,14 +1,10 @@
 //! Predictions: what is identified, simulated with the motion of its grips.
 
-use dynamics::auto::choose;
-use dynamics::batch::Batch;
-use dynamics::formulation::{Formulation, Tangent};
-use dynamics::simulation::{GuessFactory, Settings};
-use dynamics::step::{Status, StepParams};
+use cosserat::guess::{GuessFactory, choose};
+use cosserat::simulation::{Batch, Formulation, Integrator, Settings, Status, StepParams, Tangent};
+use cosserat::state::{Model, State};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use rod::Integrator;
-use rod::{Model, State};
 
 use crate::specimen::Specimen;
 use crate::specimen::SpecimenError;

@@ -6,9 +6,10 @@ use std::io::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use cosserat::motion::Carried;
+use cosserat::state::{Model, State};
 use export::{ExportError, write_atomically};
 use nalgebra::Vector3;
-use rod::{Carried, Model, State};
 
 use crate::cable::{AIR_DENSITY, Cable, DENSITY, RADIUS, sides, springs, youngs_modulus};
 use crate::parameter::{Parameter, Parameters};

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use cosserat::motion::KeyframeError;
 use export::{ExportError, write_atomically};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rod::KeyframeError;
 use thiserror::Error;
 
 use crate::cable::{Cable, Resolution};

@@ -2,10 +2,10 @@
 
 use std::ops::{Index, IndexMut};
 
-use dynamics::simulation::SimulationError;
+use cosserat::simulation::SimulationError;
+use cosserat::state::{Model, State};
+use cosserat::statics::StaticError;
 use nalgebra::Vector3;
-use rod::{Model, State};
-use statics::StaticError;
 use thiserror::Error;
 
 use crate::quantity::Quantity;

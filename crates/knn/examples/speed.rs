@@ -3,12 +3,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use cosserat::guess::InitialGuess;
+use cosserat::internals::jointed::linear::LinearSolver;
+use cosserat::simulation::{CgParams, PreconditionerKind, SolverKind};
 use dataset::{Dataset, Split};
-use dynamics::guess::InitialGuess;
-use jointed::linear::LinearSolver;
-use jointed::linear::cg::CgParams;
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::linear::solvers::SolverKind;
 use knn::{Knn, KnnGuess, Params};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -20,12 +20,12 @@ pub mod tree;
 
 use std::sync::Arc;
 
-use component::Component;
+use cosserat::guess::InitialGuess;
+use cosserat::internals::component::Component;
+use cosserat::internals::dynamics::projection::Projection;
+use cosserat::internals::kernels::Spatial;
 use dataset::{Dataset, PaperBatch, Split};
-use dynamics::guess::InitialGuess;
-use dynamics::projection::Projection;
 use graph::{Channel, Graph, Normal, Norms, Whitening, paper, project_to_plane};
-use kernels::Spatial;
 use tree::{Nearest, Tree};
 
 /// Inputs of a data point.

@@ -2,20 +2,14 @@
 
 use std::sync::Arc;
 
-use component::Members;
+use cosserat::guess::{InitialGuess, Members, Topology};
+use cosserat::internals::dynamics::projection::Projection;
+use cosserat::internals::kernels::Spatial;
+use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, SolverKind, Status, StepParams};
+use cosserat::state::Model;
 use dataset::{Config, Dataset, Scenario, Split, generate};
-use dynamics::formulation::Formulation;
-use dynamics::guess::InitialGuess;
-use dynamics::projection::Projection;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::{Status, StepParams};
 use graph::Graph;
-use jointed::linear::solvers::SolverKind;
-use jointed::topology::Topology;
-use kernels::Spatial;
 use knn::{Knn, KnnGuess, Params};
-use rod::Integrator;
-use rod::Model;
 
 fn dataset(directory: &std::path::Path, scenario: Scenario) -> Dataset {
     let config = Config { train_trajectories: 6, validation_trajectories: 1, steps: 10, ..Config::table_1(scenario) };

@@ -3,11 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use dynamics::formulation::{Formulation, Tangent};
-use dynamics::simulation::Settings;
-use dynamics::step::StepParams;
-use jointed::linear::solvers::SolverKind;
-use rod::Integrator;
+use cosserat::simulation::{Formulation, Integrator, Settings, SolverKind, StepParams, Tangent};
 use thiserror::Error;
 
 /// Formulation, integrator and linear solver of a run.

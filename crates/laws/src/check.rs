@@ -2,11 +2,9 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use dynamics::simulation::Simulation;
-use dynamics::snapshot::Snapshot;
-use dynamics::step::Status;
-use rod::{Body, JointForce, Model, State};
-use scene::Scene;
+use cosserat::scene::{self, Scene};
+use cosserat::simulation::{Simulation, Snapshot, Status};
+use cosserat::state::{Body, JointForce, Model, State};
 use tempfile::TempDir;
 
 use crate::case::Case;

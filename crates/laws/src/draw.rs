@@ -13,11 +13,8 @@ mod held;
 mod obstacles;
 mod rods;
 
-use dynamics::formulation::Formulation;
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::linear::solvers::SolverKind;
+use cosserat::simulation::{Formulation, Integrator, PreconditionerKind, SolverKind};
 use nalgebra::Vector3;
-use rod::Integrator;
 
 use crate::case::{Case, Method};
 use crate::check::refusal;

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use rod::{Body, Model};
+use cosserat::state::{Body, Model};
 
 /// Pairs of segments that never touch: joined ones, and neighbours along the rods nearer than half the circumference of
 /// their section.

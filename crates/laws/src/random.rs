@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use cosserat::scene;
 use nalgebra::Vector3;
 
 /// The numbers of one stream.

@@ -1,8 +1,6 @@
 //! Smaller cases that still break a law.
 
-use dynamics::formulation::Formulation;
-use jointed::linear::solvers::SolverKind;
-use rod::Integrator;
+use cosserat::simulation::{Formulation, Integrator, SolverKind};
 use toml::{Table, Value};
 
 use crate::case::{Case, Method};

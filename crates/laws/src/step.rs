@@ -1,11 +1,9 @@
 //! What a step shows of a run.
 
-use dynamics::formulation::Formulation;
-use dynamics::simulation::ContactForce;
-use dynamics::step::{Status, StepParams};
+use cosserat::assembly::ObstacleShape;
+use cosserat::simulation::{ContactForce, Formulation, Integrator, Status, StepParams};
+use cosserat::state::{Body, Joint, JointForce, Model, Pose, State};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::Integrator;
-use rod::{Body, Joint, JointForce, Model, ObstacleShape, Pose, State};
 
 use crate::case::Method;
 use crate::exclusion::Excluded;

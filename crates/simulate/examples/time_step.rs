@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use chart::{Axis, Charts, Conditions, Figure, LineChart, Reference, Series};
-use dynamics::simulation::{Settings, Simulation};
-use rod::Integrator;
-use rod::{State, measure};
-use statics::{StaticParams, equilibrium};
+use cosserat::scene;
+use cosserat::simulation::{Integrator, Settings, Simulation};
+use cosserat::state::{State, measure};
+use cosserat::statics::{StaticParams, equilibrium};
 
 /// A rope of 2 m in 20 segments, held by its first one, that is let go horizontally.
 const ROPE: &str = "[[rods]]

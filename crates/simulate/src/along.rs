@@ -4,12 +4,13 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Error, Result};
+use cosserat::motion::{Changing, Driven};
+use cosserat::scene::Scene;
+use cosserat::state::{JointForce, Model, State, measure};
+use cosserat::statics::{PathEnd, PathEvent, PathParams, PathPoint, path};
 use export::TableWriter;
-use rod::{Changing, JointForce, Model, State, measure};
-use scene::Scene;
 use serde::Serialize;
 use serde_json::{Map, Value};
-use statics::path::{PathEnd, PathEvent, PathParams, PathPoint, path};
 use terminal::{Progress, say};
 
 use crate::at_rest::AtRest;
@@ -58,7 +59,7 @@ fn values(model: &Model, time: f64) -> Vec<(String, f64)> {
         vector(format!("motion_{i}_shift"), "m", shift.into());
     }
     let turned =
-        |(i, driven): (usize, &rod::Driven)| (format!("motion_{i}_turn_rad"), driven.carried.motion.turned(0.0, time));
+        |(i, driven): (usize, &Driven)| (format!("motion_{i}_turn_rad"), driven.carried.motion.turned(0.0, time));
     out.extend(model.motions.iter().enumerate().map(turned));
     out
 }

@@ -2,10 +2,10 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use dynamics::step::Status;
-use rod::measure::{stretch_gap, widest_gap};
-use rod::{Body, Model, State};
-use scene::Scene;
+use cosserat::scene::Scene;
+use cosserat::simulation::Status;
+use cosserat::state::measure::{stretch_gap, widest_gap};
+use cosserat::state::{Body, Model, State};
 use serde::Serialize;
 
 use crate::held::place;

@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result};
 use chart::Conditions;
-use dynamics::counters::StageTimes;
-use dynamics::simulation::{ContactForce, contact_wrenches};
-use rod::measure::energy;
-use rod::{JointForce, Model, State};
-use scene::Scene;
+use cosserat::scene::Scene;
+use cosserat::simulation::{ContactForce, StageTimes, contact_wrenches};
+use cosserat::state::measure::energy;
+use cosserat::state::{JointForce, Model, State};
 use serde::Serialize;
 use terminal::Progress;
 use view::{Frame, Recorder};

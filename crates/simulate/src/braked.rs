@@ -6,9 +6,9 @@
 use std::f64::consts::TAU;
 use std::fmt::{self, Display, Formatter};
 
-use rod::Body;
-use rod::Integrator;
-use scene::Scene;
+use cosserat::scene::Scene;
+use cosserat::simulation::Integrator;
+use cosserat::state::Body;
 use serde::Serialize;
 
 use crate::braking::Braking;

@@ -1,6 +1,6 @@
 //! How far velocities turn in a step.
 
-use rod::{Model, State};
+use cosserat::state::{Model, State};
 
 /// A larger turn in a step is that of an impact, or of what shakes [rad].
 const SMOOTH: f64 = 0.5;

@@ -3,9 +3,8 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use cosserat::statics::{Branch, BranchParams, StaticParams, branches, equilibrium};
 use serde::Serialize;
-use statics::branches::{Branch, BranchParams, branches};
-use statics::{StaticParams, equilibrium};
 use terminal::{Progress, say};
 
 use crate::at_rest::AtRest;

@@ -2,13 +2,9 @@
 
 use anyhow::{Result, bail};
 use catalogue::{GuessName, learned_start};
-use dynamics::auto::{self, Choice};
-use dynamics::formulation::Formulation;
-use dynamics::step::StepParams;
-use jointed::linear::cg::CgParams;
-use jointed::linear::solvers::SolverKind;
-use rod::Integrator;
-use scene::Scene;
+use cosserat::guess::{self, Choice};
+use cosserat::scene::Scene;
+use cosserat::simulation::{CgParams, Formulation, Integrator, SolverKind, StepParams};
 
 use crate::cli::{RunArgs, SceneArgs};
 use crate::solver_name::SolverName;
@@ -54,7 +50,7 @@ pub(crate) fn way((of_scene, args): (&SceneArgs, &RunArgs), scene: &Scene, step:
         }
         return Ok(Way { solver: SolverKind::Direct, guess, choice: None, chosen: None });
     }
-    let mut choice = auto::choose(&scene.model, step, asked_solver);
+    let mut choice = guess::choose(&scene.model, step, asked_solver);
     choice.why_solver = why_cg.or(choice.why_solver);
     let solver = choice.solver;
     let Some(guess) = args.guess else {

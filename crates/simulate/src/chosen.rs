@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use scene::{Scene, SceneError};
+use cosserat::scene::{self, Scene, SceneError};
 use serde_json::Value;
 
 use crate::cli::OfScene;

@@ -6,14 +6,12 @@ use std::str::FromStr;
 use catalogue::{GuessName, Sources};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use cosserat::live::Recording;
+use cosserat::scene::{Origin, Scene};
+use cosserat::simulation::{ContactProjection, Formulation, Integrator, PreconditionerKind, Tangent};
+use cosserat::statics::StaticMethod;
 use dataset::Scenario;
-use dynamics::formulation::{ContactProjection, Formulation, Tangent};
 use export::Format;
-use jointed::linear::precondition::PreconditionerKind;
-use live::Recording;
-use rod::Integrator;
-use scene::{Origin, Scene};
-use statics::StaticMethod;
 use terminal::{positive, threads};
 
 use crate::files::{MODES, Wanted};

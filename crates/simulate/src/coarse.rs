@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 use std::fmt::{self, Display, Formatter};
 
-use rod::Integrator;
-use rod::{Mode, Model, Restoring};
-use scene::Scene;
+use cosserat::scene::Scene;
+use cosserat::simulation::Integrator;
+use cosserat::state::{Body, Joint, Mode, Model, Restoring};
 use serde::Serialize;
 
 use crate::measured::Measured;
@@ -103,7 +103,7 @@ fn allowed(integrator: Integrator, part: f64, times: f64) -> f64 {
 
 /// Rate at which the scene itself takes energy from a swing [1/s]: damping, and of inner damping what it takes from bending.
 fn meant(model: &Model, mode: &Mode) -> f64 {
-    let of_rod = |joint: &&rod::Joint| matches!(joint.b, rod::Body::Segment(i) if model.segments[i].rod == mode.rod);
+    let of_rod = |joint: &&Joint| matches!(joint.b, Body::Segment(i) if model.segments[i].rod == mode.rod);
     let inner = model.joints.iter().filter(of_rod).map(|joint| joint.inner_damping.bending).fold(0.0, f64::max);
     let inner = if mode.restoring == Restoring::Bending { inner * mode.frequency.powi(2) } else { 0.0 };
     model.damping.linear + inner

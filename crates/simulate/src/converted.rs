@@ -5,9 +5,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Error, Result, anyhow, bail};
+use cosserat::scene::{self, Scene, SceneError};
 use export::write_atomically;
 use mjcf::Converted;
-use scene::{Scene, SceneError};
 use terminal::{print, warn};
 
 use crate::cli::ConvertArgs;

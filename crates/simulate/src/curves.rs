@@ -2,8 +2,9 @@
 
 use std::collections::HashSet;
 
-use rod::{Body, Joint, JointForce, Model, Part, Probe, Quantity, Reaction, Reading, State, Wrench};
-use scene::Scene;
+use cosserat::motion::{Reaction, Wrench};
+use cosserat::scene::Scene;
+use cosserat::state::{Body, Joint, JointForce, Model, Part, Probe, Quantity, Reading, State};
 use view::{Curve, Line, Recorder};
 
 /// Above so many places that are held, their reactions are left out: nobody would choose among them.

@@ -4,12 +4,11 @@ use anyhow::Result;
 use catalogue::{Guess, GuessName, Recipe, Training};
 use clap::Parser;
 use comfy_table::{CellAlignment, Table};
-use dynamics::guess::GuessKind;
-use dynamics::simulation::{GuessFactory, Settings};
+use cosserat::guess::{GuessFactory, GuessKind};
+use cosserat::simulation::{Settings, SolverKind};
 use evaluation::compare::{self, Cost, Entry, EntryRun};
 use evaluation::guesses::Spread;
 use graph::{Normal, planar_normal};
-use jointed::linear::solvers::SolverKind;
 use terminal::{Progress, say};
 
 use crate::choice::way;
@@ -123,8 +122,7 @@ fn verdict(rows: &[EntryRun]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use dynamics::counters::Counters;
-    use dynamics::step::Status;
+    use cosserat::simulation::{Counters, Status};
     use evaluation::stages::Stages;
 
     use super::*;

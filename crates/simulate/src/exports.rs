@@ -1,8 +1,8 @@
 //! `simulate export`: files for other programs, of a run on the disk.
 
 use anyhow::{Context, Result, bail};
+use cosserat::scene::Scene;
 use export::{RunFolder, TrajectoryReader, write_format};
-use scene::Scene;
 use serde::Deserialize;
 use terminal::say;
 

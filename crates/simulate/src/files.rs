@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result, anyhow};
-use dynamics::simulation::{ContactForce, Touched};
-use dynamics::snapshot::Snapshot;
+use cosserat::live::Recording;
+use cosserat::motion::Wrench;
+use cosserat::scene::Scene;
+use cosserat::simulation::{ContactForce, Snapshot, Touched};
+use cosserat::state::{JointForce, Model, Part, Probe, State};
 use export::{
     Format, Names, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, csv_field, write_format,
     write_json, write_probes, write_snapshots,
 };
-use live::Recording;
-use rod::{JointForce, Model, Part, Probe, State, Wrench};
-use scene::Scene;
 use serde::Serialize;
 use terminal::Progress;
 use view::Recorder;

@@ -5,10 +5,11 @@ use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use dynamics::snapshot::Snapshot;
+use cosserat::motion::{Changing, Driven};
+use cosserat::scene::Scene;
+use cosserat::simulation::Snapshot;
+use cosserat::state::Model;
 use export::{RunFolder, read_words, write_words};
-use rod::{Driven, Model};
-use scene::Scene;
 
 use crate::held::Hold;
 
@@ -113,15 +114,15 @@ pub(crate) fn hash(model: &Model) -> String {
     let is_driven: Vec<bool> =
         bare.contacts.obstacles.iter_mut().map(|obstacle| obstacle.motion.take().is_some()).collect();
     // What changes is in the model as it is at first.
-    let is_first = |of: &rod::Changing| changes.iter().any(|change| change.of == *of);
-    if is_first(&rod::Changing::Gravity) {
+    let is_first = |of: &Changing| changes.iter().any(|change| change.of == *of);
+    if is_first(&Changing::Gravity) {
         bare.gravity.fill(0.0);
     }
     for (i, load) in bare.loads.iter_mut().enumerate() {
-        if is_first(&rod::Changing::Force(i)) {
+        if is_first(&Changing::Force(i)) {
             load.force.fill(0.0);
         }
-        if is_first(&rod::Changing::Torque(i)) {
+        if is_first(&Changing::Torque(i)) {
             load.torque.fill(0.0);
         }
     }

@@ -1,11 +1,12 @@
 //! What is held where a run begins with the end of another one: the courses of grips are to lead on from there.
 
 use anyhow::{Result, bail};
-use dynamics::simulation::{Simulation, Taken, TimedGrip};
+use cosserat::motion::Driven;
+use cosserat::scene::Scene;
+use cosserat::simulation::{Simulation, Taken, TimedGrip};
+use cosserat::state::measure::stretch_gap;
+use cosserat::state::{Body, Joint, Model, Pose, State};
 use nalgebra::{Quaternion, UnitQuaternion};
-use rod::measure::stretch_gap;
-use rod::{Body, Driven, Joint, Model, Pose, State};
-use scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use crate::numbers::number;

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use anyhow::{Error, Result};
 use chart::Conditions;
-use dynamics::simulation::{ContactForce, Simulation, contact_wrenches};
-use dynamics::snapshot::Snapshot;
+use cosserat::motion::Wrench;
+use cosserat::scene::Scene;
+use cosserat::simulation::{ContactForce, Simulation, Snapshot, contact_wrenches};
+use cosserat::state::{JointForce, Model, Part, State};
 use export::Envelope;
-use rod::{JointForce, Model, Part, State, Wrench};
-use scene::Scene;
 use serde::Serialize;
 use terminal::Progress;
 use view::{Frame, Pressing, Recorder};

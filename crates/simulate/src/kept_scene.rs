@@ -5,8 +5,8 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use cosserat::scene::Scene;
 use export::write_atomically;
-use scene::Scene;
 
 /// Name of the scene's text. It is not `scene.toml`, as a user's own file beside the runs may be.
 pub(crate) const SCENE: &str = "run-scene.toml";

@@ -2,11 +2,11 @@
 //! proposes.
 
 use anyhow::{Result, bail};
+use cosserat::state::{Model, State};
 #[cfg(feature = "gn")]
 use equilibria::learned::Learned;
 #[cfg(feature = "gn")]
 use equilibria::{CableOfModel, Params, Scaled, solve_from};
-use rod::{Model, State};
 
 /// Where a search for an equilibrium begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! `simulate list`.
 
 use anyhow::Result;
+use cosserat::scene;
 
 use crate::named::random_names;
 use crate::outcome::Outcome;

@@ -1,7 +1,6 @@
 //! Energy and length of a run's frames.
 
-use rod::measure;
-use rod::{Model, State};
+use cosserat::state::{Model, State, measure};
 
 use crate::braking::Braking;
 use crate::sharp::Sharpest;

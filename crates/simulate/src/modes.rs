@@ -5,12 +5,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use cosserat::scene::Scene;
+use cosserat::state::State;
+use cosserat::statics::{Mode, StaticParams, modes_telling};
 use export::TableWriter;
-use rod::State;
-use scene::Scene;
 use serde::Serialize;
-use statics::StaticParams;
-use statics::modes::{Mode, modes_telling};
 use terminal::{Progress, say};
 use view::{Frame, Recorder};
 

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::{Error, Result, anyhow, bail};
 use clap::CommandFactory;
-use scene::sampling::{Family, Parameters};
-use scene::{Scene, SceneError};
+use cosserat::scene::sampling::{Family, Parameters};
+use cosserat::scene::{self, Scene, SceneError};
 
 use crate::cli::{Cli, OfScene};
 use crate::converted::{is_mjcf, load};

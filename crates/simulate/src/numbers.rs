@@ -1,6 +1,6 @@
 //! Numbers for a person: short, and nothing where there is nothing but rounding errors.
 
-use rod::{Model, State};
+use cosserat::state::{Model, State};
 
 /// Share of a run's scale below which a number is a rounding error.
 const NOISE: f64 = 1e-12;

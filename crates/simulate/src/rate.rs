@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 
 use anyhow::{Result, bail};
-use scene::RunDefaults;
+use cosserat::scene::RunDefaults;
 
 use crate::numbers::number;
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Error;
-use dynamics::step::Status;
+use cosserat::simulation::Status;
 
 use crate::apart::Apart;
 

@@ -1,9 +1,9 @@
 //! `--rods`: which rods and bodies of a scene are drawn and tabulated.
 
 use anyhow::{Result, bail};
+use cosserat::scene::{self, Scene};
+use cosserat::state::Body;
 use export::Format;
-use rod::Body;
-use scene::Scene;
 
 use crate::cli::RunArgs;
 use crate::named::ALIKE;

@@ -1,9 +1,8 @@
 //! Single frames of a run in numbers: energy, length, what their steps cost.
 
-use dynamics::counters::{Counters, StageTimes};
-use dynamics::simulation::Simulation;
-use rod::measure::{self, Energy};
-use rod::{Model, State};
+use cosserat::simulation::{Counters, Simulation, StageTimes};
+use cosserat::state::measure::{self, Energy};
+use cosserat::state::{Model, State};
 
 /// Frames that are sampled, at most, beside the first.
 const MOST: usize = 1000;

@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Error, Result, anyhow, bail};
 use catalogue::GuessName;
-use dynamics::simulation::{Overlap, Overlapped, Settings};
-use dynamics::snapshot::Snapshot;
+use cosserat::scene::{self, Origin, RunDefaults, Scene, SceneText};
+use cosserat::simulation::{Overlap, Overlapped, Settings, Snapshot};
+use cosserat::state::{Body, Model, Pose};
+use cosserat::statics::{StaticParams, equilibrium};
 use export::TrajectoryReader;
-use rod::{Body, Model, Pose};
-use scene::{Origin, RunDefaults, Scene, SceneText};
-use statics::{StaticParams, equilibrium};
 
 use crate::choice::{formulation, integrator};
 use crate::chosen::chosen;

@@ -2,8 +2,8 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use rod::{Freedom, Model, State};
-use scene::Scene;
+use cosserat::scene::Scene;
+use cosserat::state::{Body, Freedom, Joint, Model, State};
 use serde::Serialize;
 
 use crate::held::place;
@@ -23,7 +23,7 @@ pub(crate) struct Sharpest {
 impl Sharpest {
     /// Looks at the joints of a state, but for those that turn freely.
     pub(crate) fn observe(&mut self, model: &Model, state: &State) {
-        let holds = |joint: &rod::Joint| joint.freedom == Freedom::None && !model.is_open(joint);
+        let holds = |joint: &Joint| joint.freedom == Freedom::None && !model.is_open(joint);
         for (k, joint) in model.joints.iter().enumerate().filter(|(_, joint)| holds(joint)) {
             let [a, b] = joint.frames(model, state);
             let angle = 2.0 * a.coords.dot(&b.coords).abs().min(1.0).acos();
@@ -53,7 +53,7 @@ impl SharpJoint {
         let angle_deg = sharpest.angle.to_degrees();
         let joint = scene.model.joints.get(sharpest.joint).filter(|_| angle_deg > SHARP)?;
         let segment = [joint.a, joint.b].into_iter().find_map(|body| match body {
-            rod::Body::Segment(i) if scene.model.segments[i].body.is_none() => Some(i),
+            Body::Segment(i) if scene.model.segments[i].body.is_none() => Some(i),
             _ => None,
         })?;
         let rod = scene.model.segments[segment].rod;

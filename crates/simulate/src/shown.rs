@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
-use dynamics::simulation::Simulation;
-use live::{Live, LiveError, Options, Rebuild, Recording, Replay, Save, with_hands};
-use rod::Model;
-use scene::Scene;
+use cosserat::live::{Live, LiveError, Options, Rebuild, Recording, Replay, Save, with_hands};
+use cosserat::scene::Scene;
+use cosserat::simulation::Simulation;
+use cosserat::state::Model;
 use terminal::{Progress, say};
 
 use crate::cli::{OUT, RunArgs, SceneArgs};

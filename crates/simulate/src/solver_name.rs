@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use jointed::linear::solvers::SolverKind;
+use cosserat::simulation::SolverKind;
 
 /// A linear solver as it stands on the command line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

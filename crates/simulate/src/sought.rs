@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use scene::Scene;
+use cosserat::scene::Scene;
+use cosserat::statics::StaticParams;
 use serde::Serialize;
-use statics::StaticParams;
 use terminal::say;
 
 use crate::chosen::chosen;

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use dynamics::simulation::{ContactForce, Touched};
-use rod::measure;
+use cosserat::simulation::{ContactForce, Touched};
+use cosserat::state::measure;
+use cosserat::statics::equilibrium;
 use serde::Serialize;
-use statics::equilibrium;
 use terminal::{Progress, say};
 
 use crate::at_rest::AtRest;

@@ -5,11 +5,9 @@ use std::time::Duration;
 use anyhow::Result;
 use catalogue::{GuessName, Origin};
 use comfy_table::Table;
-use dynamics::counters::{Counters, StageTimes};
-use dynamics::simulation::{Settings, Simulation};
-use jointed::linear::solvers::SolverKind;
-use rod::State;
-use scene::Scene;
+use cosserat::scene::Scene;
+use cosserat::simulation::{Counters, Settings, Simulation, SolverKind, StageTimes};
+use cosserat::state::State;
 use serde::Serialize;
 use terminal::say;
 

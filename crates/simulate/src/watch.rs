@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use dynamics::simulation::{ContactForce, Simulation, contact_wrenches};
+use cosserat::motion::{Reaction, Wrench};
+use cosserat::simulation::{ContactForce, Simulation, contact_wrenches};
+use cosserat::state::{JointForce, Model, Probe, Quantity, Reading, State};
 use export::Envelope;
-use rod::{JointForce, Model, Probe, Quantity, Reaction, Reading, State, Wrench};
 use serde::Serialize;
 
 /// What one column of a probe reads over a run.

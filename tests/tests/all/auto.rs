@@ -1,17 +1,13 @@
 //! What is chosen for a scene, and that it costs no accuracy.
 
 use acceptance::Beam;
-use component::Members;
-use dynamics::auto::{Choice, choose};
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::StepParams;
-use jointed::linear::solvers::SolverKind;
-use jointed::topology::Topology;
+use cosserat::assembly::{Assembly, Surface};
+use cosserat::guess::{Choice, GuessKind, Members, Topology, choose};
+use cosserat::internals::component::split;
+use cosserat::scene::{builtin, builtins};
+use cosserat::simulation::{Formulation, Settings, Simulation, SolverKind, StepParams};
+use cosserat::state::{Model, State};
 use nalgebra::Vector3;
-use rod::{Assembly, Model, State};
-use scene::{builtin, builtins};
 
 fn step(formulation: Formulation) -> StepParams {
     StepParams { formulation, ..StepParams::default() }
@@ -40,7 +36,7 @@ fn all_builtin_scenes_are_solved_directly_and_newton_alone_has_a_start() {
         for formulation in Formulation::ALL {
             let choice = choose(&scene.model, &step(formulation), None);
             assert_eq!(choice.solver, SolverKind::Direct, "{}", known.name);
-            let sets = component::split(&scene.model).len();
+            let sets = split(&scene.model).len();
             let has_start = formulation.momentum() && choice.in_lanes < sets;
             let expected = if has_start { GuessKind::StepAdaptive } else { GuessKind::Zero };
             assert_eq!(choice.guess, expected, "{}, {formulation}", known.name);
@@ -94,7 +90,7 @@ fn lanes_and_starts_go_side_by_side() {
 #[test]
 fn sets_that_can_touch_do_not_move_in_lanes() {
     let (mut model, _) = rods(&[10, 10, 10]);
-    model.contacts.between_segments = Some(rod::Surface::default());
+    model.contacts.between_segments = Some(Surface::default());
     let choice = choose(&model, &step(Formulation::Newton), None);
     assert_eq!((choice.in_lanes, choice.guess), (0, GuessKind::StepAdaptive));
 }

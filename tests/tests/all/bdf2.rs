@@ -1,15 +1,14 @@
 //! Integrator `bdf2`: what keeps its energy, at which order errors fall, and that nothing blows up.
 
 use acceptance::{Beam, end_of, order, relaxed, run, tight};
-use dynamics::formulation::{Formulation, Tangent};
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::{Status, StepParams};
-use nalgebra::{Complex, UnitQuaternion, Vector3};
-use rod::Integrator;
-use rod::{
-    Assembly, BodyShape, Contacts, Friction, Load, Material, Model, Obstacle, ObstacleShape, Pose, RigidBody, RodSpec,
-    State, Surface, measure, shape,
+use cosserat::assembly::{
+    Assembly, BodyShape, Contacts, Friction, Load, Material, Obstacle, ObstacleShape, RigidBody, RodSpec, Surface,
+    shape,
 };
+use cosserat::scene;
+use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, Status, StepParams, Tangent};
+use cosserat::state::{Model, Pose, State, measure};
+use nalgebra::{Complex, UnitQuaternion, Vector3};
 
 use crate::bodies::{self, brick};
 use crate::dynamics::flying;

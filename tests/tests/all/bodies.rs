@@ -4,16 +4,14 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use acceptance::{Beam, assert_order, by_euler, relaxed, run, tight};
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::linear::solvers::SolverKind;
-use nalgebra::{Unit, UnitQuaternion, Vector3};
-use rod::{
-    Assembly, Body, BodyShape, Driven, Friction, Interpolation, JointForce, Keyframe, Material, Model, Motion,
-    Obstacle, ObstacleShape, Pose, Reaction, RigidBody, RodSpec, State, Surface, measure, shape,
+use cosserat::assembly::{
+    Air, Assembly, BodyShape, Friction, Material, Obstacle, ObstacleShape, RigidBody, RodSpec, Surface, Wind, shape,
 };
+use cosserat::motion::{Driven, Interpolation, Keyframe, Motion, Reaction};
+use cosserat::scene;
+use cosserat::simulation::{Formulation, PreconditionerKind, Settings, Simulation, SolverKind, Status};
+use cosserat::state::{Body, JointForce, Model, Pose, State, measure};
+use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::dynamics::discrete_angular_momentum;
 
@@ -396,8 +394,8 @@ fn a_ball_falls_at_its_terminal_speed() {
     let wind = Vector3::new(3.0, 0.0, 0.0);
     let mut assembly = Assembly::new(DOWN);
     let ball = assembly.body(RigidBody::new(BodyShape::Sphere { radius }, mass), at(Vector3::zeros()));
-    let wind = rod::Wind::steady(wind);
-    assembly.air(rod::Air { density, normal_drag: 1.1, tangential_drag: 0.01, wind });
+    let wind = Wind::steady(wind);
+    assembly.air(Air { density, normal_drag: 1.1, tangential_drag: 0.01, wind });
     assembly.state_mut().velocities[ball] = Vector3::x() * 3.0;
     let (model, state) = assembly.finish();
     let terminal = (2.0 * mass * GRAVITY / (density * 0.47 * PI * radius * radius)).sqrt();

@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use acceptance::Beam;
+use cosserat::assembly::{Assembly, RestShape, RodSpec, Section};
+use cosserat::state::State;
+use cosserat::statics::{Branch, BranchParams, StaticError, branches};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, RestShape, RodSpec, Section, State};
-use statics::StaticError;
-use statics::branches::{Branch, BranchParams, branches};
 
 fn stable(found: &[Branch]) -> Vec<&Branch> {
     for Branch { energy, unstable, neutral, state } in found {

@@ -3,13 +3,12 @@
 use std::f64::consts::PI;
 
 use acceptance::tight;
-use dynamics::formulation::Formulation;
-use dynamics::simulation::Simulation;
-use dynamics::step::Status;
+use cosserat::assembly::Section;
+use cosserat::scene::{self, Scene};
+use cosserat::simulation::{Formulation, Simulation, Status};
+use cosserat::state::{JointForce, State};
+use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::Vector3;
-use rod::{JointForce, Section, State};
-use scene::Scene;
-use statics::{StaticParams, equilibrium};
 
 /// The scene at rest, and what its joints transmit then.
 fn at_rest(mut scene: Scene) -> (Scene, Vec<JointForce>) {

@@ -3,14 +3,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use component::Members;
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
-use jointed::topology::Topology;
+use cosserat::assembly::{Assembly, Friction, Load, Material, Obstacle, ObstacleShape, RestShape, RodSpec, Surface};
+use cosserat::guess::{GuessKind, Members, Topology};
+use cosserat::simulation::{Formulation, Settings, Simulation, Status};
+use cosserat::state::{Model, State};
 use nalgebra::Vector3;
-use rod::{Assembly, Friction, Load, Material, Model, Obstacle, ObstacleShape, RestShape, RodSpec, State, Surface};
 
 const FRICTION: f64 = 0.3;
 /// Radius of the drum [m].

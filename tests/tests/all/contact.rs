@@ -2,13 +2,11 @@
 //! penetration at speed, the same bits on any number of threads.
 
 use acceptance::Beam;
-use dynamics::counters::Counters;
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
+use cosserat::assembly::{Assembly, Friction, Material, Obstacle, ObstacleShape, Surface};
+use cosserat::scene;
+use cosserat::simulation::{Counters, Formulation, Integrator, Settings, Simulation, Status};
+use cosserat::state::{Model, State, measure};
 use nalgebra::{Unit, Vector3};
-use rod::Integrator;
-use rod::{Assembly, Friction, Material, Model, Obstacle, ObstacleShape, State, Surface, measure};
 
 const GRAVITY: f64 = 9.81;
 const DT: f64 = 0.01;

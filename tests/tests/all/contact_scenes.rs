@@ -3,15 +3,13 @@
 use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
-use collision::closest;
-use dynamics::counters::Counters;
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::{Status, StepParams};
+use cosserat::assembly::{ObstacleShape, shape};
+use cosserat::internals::collision::closest;
+use cosserat::scene::{self, Scene};
+use cosserat::simulation::{Counters, Formulation, Settings, Simulation, Status, StepParams};
+use cosserat::state::{Body, Model, State};
 use evaluation::knot;
 use nalgebra::Vector3;
-use rod::{Body, Model, ObstacleShape, State, shape};
-use scene::Scene;
 
 /// Penetration relative to the smaller radius that is never reached.
 const DEEPEST: f64 = 0.02;

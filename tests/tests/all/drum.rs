@@ -2,14 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use component::Members;
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
-use jointed::topology::Topology;
-use rod::{Body, Friction, JointForce, Model, State};
-use scene::Scene;
+use cosserat::assembly::Friction;
+use cosserat::guess::{GuessKind, Members, Topology};
+use cosserat::scene::{self, Scene};
+use cosserat::simulation::{Formulation, Settings, Simulation, Status};
+use cosserat::state::{Body, JointForce, Model, State};
 
 const GRAVITY: f64 = 9.81;
 /// Masses of load and counterweight [kg], the first two segments.

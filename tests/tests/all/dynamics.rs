@@ -4,11 +4,10 @@ use std::f64::consts::PI;
 
 use acceptance::vibration::bending_mode;
 use acceptance::{Beam, assert_order, by_euler, run, tight};
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
+use cosserat::assembly::{Assembly, Damping, RestShape, RodSpec, Section, Stretch, shape};
+use cosserat::simulation::{Formulation, Settings, Simulation, Status};
+use cosserat::state::{JointForce, Model, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, Damping, Model, RestShape, RodSpec, State, measure, shape};
 
 /// A decaying oscillation.
 struct Oscillation {
@@ -130,17 +129,17 @@ fn first_torsional_frequency() {
 fn frequencies_of_a_taut_string() {
     let (strain, segments) = (0.01, 120);
     let beam = Beam { radius: 1e-4, ..Beam::rubber(segments) };
-    let stiffness = beam.material.youngs_modulus * rod::Section::Circle { radius: beam.radius }.area();
+    let stiffness = beam.material.youngs_modulus * Section::Circle { radius: beam.radius }.area();
     let tension = stiffness * strain;
     let mut assembly = Assembly::new(Vector3::zeros());
     let straight = beam.spec(Vector3::zeros(), Vector3::x());
-    let string = assembly.rod(&RodSpec { stretch: rod::Stretch::Physical, strains: vec![strain], ..straight });
+    let string = assembly.rod(&RodSpec { stretch: Stretch::Physical, strains: vec![strain], ..straight });
     assembly.clamp_start(&string).clamp_end(&string);
     let (model, state) = assembly.finish();
     assert!((model.anchors[1].position - model.anchors[0].position - Vector3::x()).norm() < 1e-12);
 
     let (simulation, end) = run(&model, &state, &tight(), 1e-3, 1);
-    let mut forces = vec![rod::JointForce::default(); model.joints.len()];
+    let mut forces = vec![JointForce::default(); model.joints.len()];
     simulation.store_joint_forces(&mut forces);
     for (force, joint) in forces.iter().zip(&model.joints) {
         let pull = force.tension(&model, &end, joint);

@@ -1,11 +1,11 @@
 //! How equilibria are found: few solves, the same shapes as by the flow, and whether they are stable.
 
 use acceptance::Beam;
+use cosserat::assembly::{Assembly, Load, RodSpec, shape};
+use cosserat::scene::{self, Scene};
+use cosserat::state::{Model, State};
+use cosserat::statics::{StaticError, StaticMethod, StaticParams, StaticReport, equilibrium};
 use nalgebra::Vector3;
-use rod::{Assembly, Load, Model, RodSpec, State, shape};
-use scene::Scene;
-use statics::StaticError;
-use statics::{StaticMethod, StaticParams, StaticReport, equilibrium};
 
 fn found(model: &Model, state: &State, params: StaticParams) -> (State, StaticReport) {
     let mut end = state.clone();

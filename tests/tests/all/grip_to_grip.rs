@@ -3,9 +3,10 @@
 use std::f64::consts::{FRAC_PI_3, PI, TAU};
 
 use acceptance::Beam;
+use cosserat::assembly::{Assembly, Material, RestShape, RodSpec, shape};
+use cosserat::state::{Model, State};
+use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
-use rod::{Assembly, Material, Model, RestShape, RodSpec, State, shape};
-use statics::{StaticParams, equilibrium};
 
 /// The fractional parts of k times roots of primes fill the unit cube evenly.
 const PRIMES: [f64; 12] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0];

@@ -2,12 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::{Status, StepParams};
+use cosserat::assembly::{Damping, Load};
+use cosserat::scene;
+use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, Status, StepParams};
+use cosserat::state::{Body, State, measure};
 use nalgebra::Vector3;
-use rod::Integrator;
-use rod::{Body, Damping, Load, State, measure};
 
 #[test]
 fn the_pendulum_swings_as_theory_says() {
@@ -174,7 +173,7 @@ fn a_bar_on_three_springs_yields_along_each_by_force_over_stiffness() {
             assert_eq!(simulation.step(0.005).unwrap().status, Status::Converged);
         }
         simulation.store(&mut state);
-        let place = |state: &rod::State| state.positions[segment] + state.axis(segment) * offset;
+        let place = |state: &State| state.positions[segment] + state.axis(segment) * offset;
         let yielded = axes.transpose() * (place(&state) - place(&scene.state));
         let expected = force.component_div(&stiffness);
         assert!((yielded - expected).norm() < 1e-6, "{face}, {formulation}: {yielded} {expected}");

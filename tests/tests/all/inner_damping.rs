@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use acceptance::vibration::{Mode, bending_mode};
 use acceptance::{Beam, tight};
-use dynamics::formulation::Formulation;
-use dynamics::simulation::Simulation;
+use cosserat::assembly::{Assembly, InnerDamping, RestShape, RodSpec, Stretch, shape};
+use cosserat::simulation::{Formulation, Simulation};
+use cosserat::state::{Model, State, measure};
 use nalgebra::Vector3;
-use rod::{Assembly, InnerDamping, Model, RestShape, RodSpec, State, Stretch, measure};
 
 /// A cantilever along x with inner damping whose segments begin with the velocities of `kick`: (v, w) at x / L.
 fn kicked(
@@ -130,7 +130,7 @@ fn energy_never_grows() {
         for ratio in [0.1, 1.0, 1e3] {
             let (dt, time) = (0.005, 0.005 * ratio);
             let mut assembly = Assembly::new(Vector3::zeros());
-            let nodes = rod::shape::helix(Vector3::zeros(), 0.2, 0.3, 1.5, 30);
+            let nodes = shape::helix(Vector3::zeros(), 0.2, 0.3, 1.5, 30);
             let inner_damping = InnerDamping { bending: time, twist: time, stretch: time };
             let spec = RodSpec {
                 inner_damping,

@@ -1,11 +1,11 @@
 //! What must not matter: place, direction, handedness, numbering, company, threads.
 
 use acceptance::{Beam, run};
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation};
+use cosserat::assembly::{Assembly, Load, Material, RestShape, RodSpec, shape};
+use cosserat::simulation::{Formulation, Settings, Simulation};
+use cosserat::state::{Body, Model, State};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use rod::{Assembly, Body, Load, Material, Model, RestShape, RodSpec, State, shape};
 
 const SOFT: Material = Material { youngs_modulus: 1e6, torsion_modulus: 5e5, density: 500.0 };
 const DT: f64 = 0.01;

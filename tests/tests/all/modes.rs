@@ -3,14 +3,12 @@
 use std::f64::consts::{PI, TAU};
 
 use acceptance::{Beam, assert_order};
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
+use cosserat::assembly::{Air, Assembly, Damping, InnerDamping, Material, RodSpec, Wind, shape};
+use cosserat::scene;
+use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, Status};
+use cosserat::state::{Model, State};
+use cosserat::statics::{Mode, StaticParams, modes, modes_telling};
 use nalgebra::Vector3;
-use rod::Integrator;
-use rod::{Air, Assembly, Damping, InnerDamping, Material, Model, RodSpec, State, Wind, shape};
-use statics::StaticParams;
-use statics::modes::{Mode, modes, modes_telling};
 
 /// Thin, so that rotary inertia and shear are nothing.
 fn thin(segments: usize) -> Beam {

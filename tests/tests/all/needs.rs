@@ -1,8 +1,8 @@
 //! What a scene does not need is not done: by the counters, never and in no time.
 
-use dynamics::formulation::Formulation;
+use cosserat::scene::{Scene, builtin, builtins};
+use cosserat::simulation::Formulation;
 use evaluation::needs::{Needs, measure};
-use scene::{Scene, builtin, builtins};
 
 fn needs(scene: &Scene, formulation: Formulation, steps: usize) -> Needs {
     measure(scene, steps, formulation, || true).unwrap().unwrap()

@@ -1,8 +1,9 @@
 //! Whether segments pass through each other is found by brute force, where they do and nowhere else.
 
+use cosserat::assembly::{Assembly, Material, RodSpec, shape};
+use cosserat::state::{Model, State};
 use evaluation::passing::passing;
 use nalgebra::Vector3;
-use rod::{Assembly, Material, Model, RodSpec, State, shape};
 
 /// Two rods of two segments of 1 m along x and y: the first begins at -`from` [m] along its axis and so does the second, `height`
 /// [m] above.

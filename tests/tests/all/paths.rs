@@ -4,17 +4,16 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use acceptance::Beam;
+use cosserat::assembly::{Assembly, RestShape, RodSpec, Section, Stretch};
+use cosserat::motion::{Change, Changing, Driven, Interpolation, Keyframe, Motion, Track};
+use cosserat::scene;
+use cosserat::state::{Body, JointForce, Model, State};
+use cosserat::statics::{PathEnd, PathEventKind, PathParams, PathPoint, PathReport, StaticParams, equilibrium, path};
 use nalgebra::Vector3;
-use rod::{
-    Assembly, Body, Change, Changing, Driven, Interpolation, Keyframe, Model, Motion, RestShape, RodSpec, Section,
-    State, Stretch, Track,
-};
-use statics::path::{PathEnd, PathEventKind, PathParams, PathPoint, PathReport, path};
-use statics::{StaticParams, equilibrium};
 
 fn followed(model: &Model, state: &State, until: f64) -> (PathReport, Vec<PathPoint>, Vec<State>) {
     let (mut points, mut states) = (Vec::new(), Vec::new());
-    let mut each = |point: &PathPoint, state: &State, _: &[rod::JointForce]| {
+    let mut each = |point: &PathPoint, state: &State, _: &[JointForce]| {
         points.push(*point);
         states.push(state.clone());
         true
@@ -287,7 +286,7 @@ fn a_column_stays_straight_whatever_the_steps() {
 fn a_path_ends_where_it_is_stopped() {
     let (model, state, _) = strip(20, 0.1);
     let mut count = 0;
-    let mut each = |_: &PathPoint, _: &State, _: &[rod::JointForce]| {
+    let mut each = |_: &PathPoint, _: &State, _: &[JointForce]| {
         count += 1;
         count < 3
     };

@@ -1,12 +1,10 @@
 //! The shipped knot pulled beyond what its rope gives: it jams, and the run says so. It never folds through itself.
 
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::{Status, StepParams};
+use cosserat::scene::{self, Scene};
+use cosserat::simulation::{Formulation, Settings, Simulation, Status, StepParams};
+use cosserat::state::State;
 use evaluation::{knot, passing::passing};
 use nalgebra::Vector3;
-use rod::State;
-use scene::Scene;
 
 use crate::contact_scenes::{deepest, neighbours};
 

@@ -1,9 +1,10 @@
 //! Bending measured from a rest rotation: a joint is as stiff as its material says, whatever its angle at rest.
 
 use acceptance::tight;
+use cosserat::assembly::{Assembly, Load, Material, RodSpec, Section, shape};
+use cosserat::state::{Model, State, measure};
+use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, Load, Material, Model, RodSpec, Section, State, measure, shape};
-use statics::{StaticParams, equilibrium};
 
 const MATERIAL: Material = Material { youngs_modulus: 1e7, torsion_modulus: 3e6, density: 1000.0 };
 const LENGTH: f64 = 0.1;

@@ -1,10 +1,11 @@
 //! Rods at rest on obstacles, without friction, against the theory of beams.
 
 use acceptance::Beam;
+use cosserat::assembly::{Assembly, Obstacle, ObstacleShape, Surface};
+use cosserat::internals::collision::closest;
+use cosserat::state::{Model, State};
+use cosserat::statics::{StaticError, StaticParams, StaticReport, equilibrium};
 use nalgebra::{Unit, Vector3};
-use rod::{Assembly, Model, Obstacle, ObstacleShape, State, Surface};
-use statics::StaticError;
-use statics::{StaticParams, StaticReport, equilibrium};
 
 fn obstacle(shape: ObstacleShape) -> Obstacle {
     Obstacle { shape, surface: Surface::default(), motion: None }
@@ -92,7 +93,7 @@ fn a_cable_sags_onto_a_post() {
     assert!(pressed(&report) > 0.0);
     for (k, x) in end.positions.iter().enumerate() {
         let half = end.axis(k) * (0.5 * beam.segment_length());
-        let near = collision::closest::segments(&[x - half, x + half], &[start, stop]);
+        let near = closest::segments(&[x - half, x + half], &[start, stop]);
         let gap = near.distance - 0.05 - beam.radius;
         assert!(gap > -1e-8, "segment {k} overlaps by {gap}");
     }

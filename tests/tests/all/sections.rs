@@ -4,11 +4,12 @@ use std::f64::consts::PI;
 
 use acceptance::vibration::{Mode, bending_mode};
 use acceptance::{end_of, relaxed};
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
+use cosserat::assembly::{Assembly, Load, Material, RestShape, RodSpec, Section, shape};
+use cosserat::scene;
+use cosserat::simulation::{Settings, Simulation, Status};
+use cosserat::state::{Model, State};
+use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, Load, Material, Model, RestShape, RodSpec, Section, State, shape};
-use statics::{StaticParams, equilibrium};
 
 const RUBBER: Material = Material { youngs_modulus: 1e7, torsion_modulus: 4e6, density: 1000.0 };
 

@@ -2,11 +2,9 @@
 //!
 //! `evaluate stress` prints the same table.
 
-use dynamics::formulation::Formulation;
-use dynamics::step::StepParams;
+use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, Status, StepParams};
+use cosserat::state::{Body, Segment, measure};
 use evaluation::stress::{self, Case, CaseRun};
-use rod::Integrator;
-use rod::{Body, Segment, measure};
 
 /// Runs every case in a formulation; the pile, which takes as long as all others, in the default one alone.
 fn table(formulation: Formulation, integrator: Integrator) -> Vec<CaseRun> {
@@ -150,15 +148,12 @@ fn the_table_covers_what_it_should() {
 #[test]
 fn a_prediction_far_off_does_not_make_a_bad_step_good_enough() {
     let case = stress::cases().into_iter().find(|case| case.name.starts_with("Young's modulus 1e5")).unwrap();
-    let settings = dynamics::simulation::Settings::default();
-    let mut simulation = dynamics::simulation::Simulation::new(&case.model, &case.state, &settings, None).unwrap();
+    let settings = Settings::default();
+    let mut simulation = Simulation::new(&case.model, &case.state, &settings, None).unwrap();
     for _ in 0..3 {
         let report = simulation.step(1e4).unwrap();
         let counters = simulation.counters();
         let worst = counters.worst_stretch.max(counters.worst_bend);
-        assert!(
-            report.status > dynamics::step::Status::ConvergedInSubsteps || worst <= settings.step.relative_tolerance,
-            "{worst}"
-        );
+        assert!(report.status > Status::ConvergedInSubsteps || worst <= settings.step.relative_tolerance, "{worst}");
     }
 }

@@ -2,10 +2,11 @@
 
 use std::num::NonZeroUsize;
 
-use dynamics::simulation::{Settings, Simulation};
+use cosserat::scene;
+use cosserat::scene::sampling::{Family, Parameters};
+use cosserat::simulation::{Settings, Simulation};
+use cosserat::state::{Model, State};
 use evaluation::stress;
-use rod::{Model, State};
-use scene::sampling::{Family, Parameters};
 
 /// Makes a simulation of a scene; returns whether anything can touch in it.
 fn starts(name: &str, model: &Model, state: &State) -> bool {

@@ -6,9 +6,12 @@ use std::f64::consts::{PI, TAU};
 
 use acceptance::reference::KirchhoffRod;
 use acceptance::{Beam, assert_order, end_of, relaxed};
+use cosserat::assembly::{Assembly, Load, Material, RestShape, RodSpec, Stretch, shape};
+use cosserat::scene;
+use cosserat::simulation::{Formulation, Settings, Simulation};
+use cosserat::state::{JointForce, Model, State, measure};
+use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Assembly, Load, Material, Model, RestShape, RodSpec, State, Stretch, measure, shape};
-use statics::{StaticParams, equilibrium};
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -1.0);
 
@@ -348,12 +351,12 @@ fn a_mooring_line_on_the_sea_bed_pulls_as_the_elastic_catenary() {
 }
 
 /// What joints transmit in a state at rest, after a step that is too short for anything to move.
-fn rest_forces(model: &Model, state: &State) -> Vec<rod::JointForce> {
-    let mut settings = dynamics::simulation::Settings::default();
-    settings.step.formulation = dynamics::formulation::Formulation::Newton;
-    let mut simulation = dynamics::simulation::Simulation::new(model, state, &settings, None).unwrap();
+fn rest_forces(model: &Model, state: &State) -> Vec<JointForce> {
+    let mut settings = Settings::default();
+    settings.step.formulation = Formulation::Newton;
+    let mut simulation = Simulation::new(model, state, &settings, None).unwrap();
     simulation.step(1e-4).unwrap();
-    let mut forces = vec![rod::JointForce::default(); model.joints.len()];
+    let mut forces = vec![JointForce::default(); model.joints.len()];
     simulation.store_joint_forces(&mut forces);
     forces
 }

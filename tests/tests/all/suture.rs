@@ -1,12 +1,9 @@
 //! A suture pulled through a ring: while it slides, the pull is the weight's times `exp(mu theta)` (Euler and Eytelwein).
 
-use component::Members;
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
-use jointed::topology::Topology;
-use rod::JointForce;
+use cosserat::guess::{GuessKind, Members, Topology};
+use cosserat::scene;
+use cosserat::simulation::{Formulation, Settings, Simulation, Status};
+use cosserat::state::{JointForce, Model};
 
 const FRICTION: f64 = 0.2;
 /// Radii of the ring's rim and of the suture [m].
@@ -18,9 +15,8 @@ fn the_pull_on_a_sliding_suture_is_the_weight_s_and_the_rim_s_friction() {
     let scene = scene::builtin("suture").unwrap();
     let mut settings = Settings::default();
     settings.step.formulation = Formulation::Newton;
-    let build = |model: &rod::Model, members: &Members, topology: &Topology| {
-        GuessKind::StepAdaptive.build(model, members, topology)
-    };
+    let build =
+        |model: &Model, members: &Members, topology: &Topology| GuessKind::StepAdaptive.build(model, members, topology);
     let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, Some(&build)).unwrap();
     let mut forces = vec![JointForce::default(); scene.model.joints.len()];
     let mut state = scene.state.clone();

@@ -1,8 +1,8 @@
 //! The shipped tower stands: 20 layers of round rods that only friction holds.
 
-use dynamics::simulation::{Settings, Simulation, Touched};
-use dynamics::step::{Status, StepParams};
-use rod::State;
+use cosserat::scene;
+use cosserat::simulation::{Settings, Simulation, Status, StepParams, Touched};
+use cosserat::state::State;
 
 /// Layers of the tower, and the radius of its rods [m].
 const LAYERS: f64 = 20.0;

@@ -3,16 +3,15 @@
 use std::f64::consts::TAU;
 
 use acceptance::{Beam, assert_order, end_of, relaxed, run, tight};
-use component::{Component, split};
-use dynamics::formulation::Formulation;
-use dynamics::simulation::Settings;
-use jointed::linear::LinearSolver;
-use jointed::linear::solvers::SolverKind;
-use kernels::Spatial;
-use kernels::math::Vec3;
+use cosserat::assembly::{Assembly, RodSpec, shape};
+use cosserat::internals::component::{Component, split};
+use cosserat::internals::jointed::linear::LinearSolver;
+use cosserat::internals::kernels::Spatial;
+use cosserat::internals::kernels::math::Vec3;
+use cosserat::simulation::{Formulation, Settings, SolverKind};
+use cosserat::state::{Body, Joint, Model, State, measure};
+use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::{Rotation3, Vector3};
-use rod::{Assembly, Body, Joint, Model, RodSpec, State, measure, shape};
-use statics::{StaticParams, equilibrium};
 
 /// Gravity so small that the beam theory of small deflections holds to 1e-8.
 fn small_gravity(beam: &Beam) -> f64 {

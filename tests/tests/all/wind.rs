@@ -1,12 +1,11 @@
 //! Rods in air against theory, and what wind must never do.
 
 use acceptance::{Beam, run, tight};
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::Status;
+use cosserat::assembly::{Air, Assembly, Damping, Gusts, Material, Wind};
+use cosserat::simulation::{Formulation, Settings, Simulation, Status};
+use cosserat::state::{Model, State, measure};
 use evaluation::stress;
 use nalgebra::Vector3;
-use rod::{Air, Assembly, Damping, Gusts, Material, Model, State, Wind, measure};
 
 const GRAVITY: f64 = 9.81;
 

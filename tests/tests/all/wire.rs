@@ -1,12 +1,10 @@
 //! A steel wire that is pushed onto a floor: an elastica between a clamp and a tip that friction holds.
 
-use component::Members;
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::simulation::{Settings, Simulation, contact_wrenches};
-use dynamics::step::Status;
-use jointed::topology::Topology;
-use rod::{JointForce, Quantity, Reaction, Reading};
+use cosserat::guess::{GuessKind, Members, Topology};
+use cosserat::motion::Reaction;
+use cosserat::scene;
+use cosserat::simulation::{Formulation, Settings, Simulation, Status, contact_wrenches};
+use cosserat::state::{JointForce, Model, Quantity, Reading};
 
 /// Length of the wire, its radius, and by how much the clamp at its upper end is lowered [m].
 const LENGTH: f64 = 1.0;
@@ -75,7 +73,7 @@ fn a_wire_that_is_pushed_onto_a_floor_pushes_as_an_elastica() {
     let weight = 9.81 * DENSITY * std::f64::consts::PI * RADIUS.powi(2) * LENGTH;
     let mut settings = Settings::default();
     settings.step.formulation = Formulation::Newton;
-    let build = |m: &rod::Model, s: &Members, t: &Topology| GuessKind::StepAdaptive.build(m, s, t);
+    let build = |m: &Model, s: &Members, t: &Topology| GuessKind::StepAdaptive.build(m, s, t);
     let mut simulation = Simulation::new(model, &scene.state, &settings, Some(&build)).unwrap();
     let (mut state, mut before) = (scene.state.clone(), scene.state.clone());
     let mut forces = vec![JointForce::default(); model.joints.len()];

@@ -1,11 +1,9 @@
 //! Of linear solves: iterations of conjugate gradients relative to a zero start.
 
 use copingnet::{Encoding, Features, GnGuess, Trained, Weights};
+use cosserat::internals::jointed::linear::LinearSolver;
+use cosserat::simulation::{CgParams, PreconditionerKind, SolverKind};
 use dataset::{Dataset, Scenario, Split};
-use jointed::linear::LinearSolver;
-use jointed::linear::cg::CgParams;
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::linear::solvers::SolverKind;
 use rayon::prelude::*;
 
 use super::{Columns, Measured, Pair};

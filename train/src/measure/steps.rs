@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use copingnet::{Encoding, GnStepGuess, Trained, Weights};
+use cosserat::guess::{GuessKind, InitialGuess};
 use dataset::Scenario;
-use dynamics::guess::{GuessKind, InitialGuess};
 use graph::{Graph, planar_normal};
 use rayon::prelude::*;
 

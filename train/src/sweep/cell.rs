@@ -5,20 +5,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use component::Members;
 use copingnet::{Encoding, Features, GnGuess, Trained, Weights};
+use cosserat::guess::{GuessFactory, InitialGuess, Members, Topology};
+use cosserat::scene::Scene;
+use cosserat::simulation::{Formulation, Integrator, PreconditionerKind, Settings};
+use cosserat::state::Model;
 use dataset::Scenario;
-use dynamics::formulation::Formulation;
-use dynamics::guess::InitialGuess;
-use dynamics::simulation::{GuessFactory, Settings};
 use evaluation::ablation::{self, FREE, GuessSavings, NetworkOutcome, PLANAR, Test};
 use evaluation::guesses::{self, Plan as Starts};
 use graph::{Graph, Normal, planar_normal};
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::topology::Topology;
-use rod::Integrator;
-use rod::Model;
-use scene::Scene;
 
 use crate::course::Course;
 use crate::lesson::Taught;

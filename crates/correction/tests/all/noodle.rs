@@ -7,11 +7,11 @@ use correction::inputs::Kind;
 use correction::network::Shape;
 use correction::noodle::{errors, held};
 use correction::training::{ASIDE, Plan, train};
+use cosserat::state::Pose;
 use identify::noodle::{Noodle, NoodleRecording, Number, Numbers};
 use identify::predict::predict;
 use identify::recording::Recording;
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::Pose;
 
 const FRAMES: usize = 300;
 

@@ -3,8 +3,8 @@
 use std::sync::Mutex;
 
 use crate::common::{files, generated, small};
+use cosserat::scene::sampling::Parameters;
 use dataset::{Config, Dataset, MANIFEST, Manifest, Progress, Scenario, Split, generate, open_as};
-use scene::sampling::Parameters;
 
 #[test]
 fn threads_and_parts_change_no_bit() {

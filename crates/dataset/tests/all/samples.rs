@@ -1,13 +1,11 @@
 //! Samples: what is stored rebuilds the linear systems to the last bit, and batches have the right rows.
 
+use cosserat::internals::jointed::linear::direct::Direct;
+use cosserat::internals::jointed::linear::{LinearSolver, LinearStatus};
+use cosserat::internals::kernels::Spatial;
+use cosserat::simulation::{CgParams, PreconditionerKind, SolverKind};
 use dataset::{Config, PaperBatch, Scenario, Split, shuffled};
 use graph::{Normal, Norms, corrections, paper};
-use jointed::linear::cg::CgParams;
-use jointed::linear::direct::Direct;
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::linear::solvers::SolverKind;
-use jointed::linear::{LinearSolver, LinearStatus};
-use kernels::Spatial;
 
 use crate::common::{generated, small};
 

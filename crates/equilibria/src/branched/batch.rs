@@ -1,6 +1,6 @@
 //! Many branched queries at once.
 
-use kernels::lane::Real;
+use cosserat::internals::kernels::lane::Real;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::answer::{BranchedAnswer, BranchedEquilibrium};

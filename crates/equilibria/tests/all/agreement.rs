@@ -2,13 +2,14 @@
 
 use std::f64::consts::TAU;
 
+use cosserat::assembly::{
+    Assembly, LineInertia, Load, Material, RestShape, RodSpec, Section, Stiffness, Stretch, shape,
+};
+use cosserat::state::{Model, State, measure};
+use cosserat::statics::{StaticParams, equilibrium};
 use equilibria::sample::Distribution;
 use equilibria::{Cable, CableOfModel, Equilibrium, Grip, Params, Query, solve};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{
-    Assembly, LineInertia, Load, Material, Model, RestShape, RodSpec, Section, State, Stiffness, Stretch, shape,
-};
-use statics::{StaticParams, equilibrium};
 
 const GRAVITY: f64 = 9.81;
 
@@ -100,7 +101,7 @@ fn statics_stays_where_the_answers_are() {
             let turned = state.orientations.iter().zip(&found.orientations).map(|(a, b)| a.angle_to(b));
             let turned = turned.fold(0.0, f64::max);
             assert!(turned <= 1e-7, "query {k}, {segments} segments: {turned} rad");
-            let own = rod::measure::energy(&model, &state).total();
+            let own = measure::energy(&model, &state).total();
             assert!((own - found.energy).abs() <= 1e-8 * own.abs(), "query {k}: {own} J, {} J", found.energy);
         }
     }
@@ -130,7 +131,7 @@ fn statics_finds_nothing_lower() {
         }
         let report = equilibrium(&model, &mut state, &StaticParams::default()).unwrap();
         assert!(report.converged && report.stable == Some(true), "query {k}: {report:?}");
-        let own = rod::measure::energy(&model, &state).total();
+        let own = measure::energy(&model, &state).total();
         let error = 1e-6 * own.abs().max(1.0);
         assert!(own >= found[0].energy - error, "query {k}: {own} J, {} J", found[0].energy);
         known += usize::from(k % 3 == 0 && found.iter().any(|branch| (branch.energy - own).abs() <= error));

@@ -6,6 +6,11 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use cosserat::assembly::{
+    Assembly, LineInertia, Material, RestShape, RigidBody, RodSpec, Section, Stiffness, Stretch, shape,
+};
+use cosserat::state::{Model, Pose, State, measure};
+use cosserat::statics::{StaticParams, equilibrium};
 use equilibria::branched::learned::LearnedStar;
 use equilibria::branched::sample::BranchedDistribution;
 use equilibria::branched::start::{RandomStars, Stars};
@@ -17,12 +22,7 @@ use equilibria::file::{bytes, read};
 use equilibria::start::Starts;
 use equilibria::{Cable, Carried, Grip, Params};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use rod::{
-    Assembly, LineInertia, Material, Model, Pose, RestShape, RigidBody, RodSpec, Section, State, Stiffness, Stretch,
-    shape,
-};
 use safetensors::SafeTensors;
-use statics::{StaticParams, equilibrium};
 
 const GRAVITY: f64 = 9.81;
 /// Of a junction that weighs next to nothing [kg].
@@ -124,7 +124,7 @@ fn statics_stays_where_the_answers_are() {
             let turned = state.orientations.iter().zip(own).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
             assert!(turned <= 1e-7, "query {k}, {segments} segments: {turned} rad");
             let body = MASS * GRAVITY * found.junction.position.z;
-            let own = rod::measure::energy(&model, &state).total() - body;
+            let own = measure::energy(&model, &state).total() - body;
             assert!((own - found.energy).abs() <= 1e-8 * own.abs().max(1e-3), "query {k}: {own} J, {} J", found.energy);
         }
     }

@@ -2,12 +2,9 @@
 
 use anyhow::{Result, bail};
 use clap::Args;
-use dynamics::formulation::{Formulation, Tangent};
-use dynamics::simulation::Settings;
-use dynamics::step::{Status, StepParams};
+use cosserat::simulation::{Formulation, Integrator, Settings, Status, StepParams, Tangent};
 use evaluation::benchmark::{BenchmarkError, Experiment, Outcome as Measured, Quantity, experiments};
 use report::Cell;
-use rod::Integrator;
 use terminal::Progress;
 
 use super::{OutputArgs, conditions};

@@ -3,21 +3,18 @@
 use anyhow::Result;
 use catalogue::{GuessName, Row, Sources, Training, load, rows};
 use clap::Args;
+use cosserat::guess::{GuessFactory, GuessKind};
+use cosserat::scene;
+use cosserat::simulation::{
+    CgParams, Formulation, Integrator, PreconditionerKind, Settings, SolverKind, Status, StepParams,
+};
 use dataset::Scenario;
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::simulation::{GuessFactory, Settings};
-use dynamics::step::{Status, StepParams};
 use evaluation::compare::{self, Comparison, Entry, EntryRun};
 use evaluation::guesses::{self, beside_zero};
 use evaluation::precision::{Level, Outer, reference};
 use evaluation::stages::Stages;
 use graph::planar_normal;
-use jointed::linear::cg::CgParams;
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::linear::solvers::SolverKind;
 use report::{Block, Cell, Conditions};
-use rod::Integrator;
 use terminal::{Progress, positive};
 
 use super::random::{dropped, plan, solves_table};

@@ -6,11 +6,10 @@ use std::collections::BTreeMap;
 use anyhow::{Result, bail};
 use catalogue::{GuessName, Row, Sources, Training, load, rows};
 use clap::Args;
+use cosserat::guess::{GuessFactory, GuessKind};
+use cosserat::scene::Scene;
+use cosserat::simulation::{Formulation, Integrator, Settings, StepParams};
 use dataset::{Config, Scenario};
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::simulation::{GuessFactory, Settings};
-use dynamics::step::StepParams;
 use evaluation::compare::{Entry, EntryRun, run_in_turns};
 use evaluation::guesses::{
     self, BUCKETS, BesideZero, EVERY, IMPULSE_AFTER, IMPULSE_SPEED, IMPULSE_STEPS, NamedStart, Plan, Spread, Tally,
@@ -19,8 +18,6 @@ use evaluation::guesses::{
 use evaluation::precision::{Level, Outer};
 use graph::planar_normal;
 use report::{Block, Cell, Conditions};
-use rod::Integrator;
-use scene::Scene;
 use terminal::{Progress, positive};
 
 use super::{OutputArgs, at_least_one, conditions, with_networks};

@@ -2,9 +2,8 @@
 
 use anyhow::{Result, bail};
 use clap::Args;
-use dynamics::formulation::Formulation;
+use cosserat::simulation::{Formulation, Integrator};
 use evaluation::stress;
-use rod::Integrator;
 use terminal::Progress;
 
 use super::{OutputArgs, conditions};

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context as _, Result};
+use cosserat::scene::sampling::{Parameters, supplement};
 use dataset::Scenario;
 use evaluation::paper::DIRECT;
 use evaluation::paper::motions::{Trace, by_way, largest, last_nrmse};
 use report::{LineChart, Section as PageSection, Series};
-use scene::sampling::{Parameters, supplement};
 use serde::{Deserialize, Serialize};
 
 use crate::blocks::{figure, groups, section, table, values};

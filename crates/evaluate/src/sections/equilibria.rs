@@ -1,6 +1,7 @@
 //! Equilibria: Newton's method beside the flow that it replaced.
 
 use anyhow::Result;
+use cosserat::scene;
 use evaluation::equilibria::{self, Rest};
 use report::{Cell, Section as PageSection};
 use serde::{Deserialize, Serialize};

@@ -1,9 +1,9 @@
 //! Derivatives of runs: their cost over segments and steps.
 
 use anyhow::Result;
+use cosserat::scene::sampling::{Helix, Parameters};
 use evaluation::gradients::{self, Costs};
 use report::{Axis, Cell, LineChart, Section as PageSection, Series};
-use scene::sampling::{Helix, Parameters};
 use serde::{Deserialize, Serialize};
 
 use crate::blocks::{chart, figure, section, table};

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::Result;
+use cosserat::scene;
 use evaluation::knot::determinant;
 use evaluation::paper::DIRECT;
 use evaluation::paper::motions::Trace;

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use anyhow::Result;
+use cosserat::scene::sampling::{Parameters, Rod};
 use dataset::Scenario;
 use evaluation::paper::motions::{Trace, by_way, largest};
 use report::{Axis, Cell, LineChart, Section as PageSection, Series};
-use scene::sampling::{Parameters, Rod};
 use serde::{Deserialize, Serialize};
 
 use crate::blocks::{chart, figure, section, table, values};

@@ -6,7 +6,8 @@ mod show;
 use std::collections::BTreeMap;
 
 use anyhow::Result;
-use dynamics::formulation::Formulation;
+use cosserat::scene;
+use cosserat::simulation::Formulation;
 use evaluation::needs::{self, Needs};
 use key::NeedsKey;
 use report::Section as PageSection;

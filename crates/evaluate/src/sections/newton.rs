@@ -1,7 +1,8 @@
 //! Newton's method in a step: iterations and time with the positive matrix and with the exact tangent.
 
 use anyhow::Result;
-use dynamics::formulation::Tangent;
+use cosserat::scene;
+use cosserat::simulation::Tangent;
 use evaluation::newton::{self, Ending};
 use report::{Axis, Cell, LineChart, Section as PageSection, Series};
 use serde::{Deserialize, Serialize};

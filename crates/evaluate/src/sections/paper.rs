@@ -2,17 +2,13 @@
 
 use anyhow::Result;
 use catalogue::rows;
+use cosserat::guess::GuessFactory;
+use cosserat::scene::{self, Scene};
+use cosserat::simulation::{CgParams, Formulation, Integrator, PreconditionerKind, Simulation, StepParams};
 use dataset::Scenario;
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{GuessFactory, Simulation};
-use dynamics::step::StepParams;
 use evaluation::paper::motions::{self, Trace};
 use evaluation::paper::{CgSolver, DIRECT, NamedGuess};
 use graph::planar_normal;
-use jointed::linear::cg::CgParams;
-use jointed::linear::precondition::PreconditionerKind;
-use rod::Integrator;
-use scene::Scene;
 
 use crate::library::Guesses;
 

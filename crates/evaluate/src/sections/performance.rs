@@ -7,8 +7,8 @@ mod show;
 use std::collections::BTreeMap;
 
 use anyhow::Result;
+use cosserat::scene::sampling::{Helix, Parameters, Rod};
 use evaluation::paper::performance::{self, Point};
-use scene::sampling::{Helix, Parameters, Rod};
 
 use crate::cells::Section;
 use crate::context::Context;

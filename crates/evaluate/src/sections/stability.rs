@@ -5,15 +5,11 @@ pub(crate) mod show;
 
 use anyhow::{Context as _, Result};
 use catalogue::rows;
+use cosserat::guess::GuessKind;
+use cosserat::simulation::{CgParams, Formulation, PreconditionerKind, Settings, SolverKind};
 use dataset::Scenario;
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::simulation::Settings;
 use evaluation::stress::{self, Case, CaseRun};
 use graph::planar_normal;
-use jointed::linear::cg::CgParams;
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::linear::solvers::SolverKind;
 use key::{DIRECT, StabilityKey, Value, ZERO};
 
 use crate::cells::Section;

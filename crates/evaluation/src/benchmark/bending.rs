@@ -1,8 +1,9 @@
 //! Rods that hang and bend: catenary, cantilever, extremes of stiffness and time step.
 
+use cosserat::scene;
+use cosserat::state::JointForce;
+use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::Vector3;
-use rod::JointForce;
-use statics::{StaticParams, equilibrium};
 
 use super::quantity::{Measured, Quantity};
 use super::runs::Runs;

@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use rod::measure;
+use cosserat::scene;
+use cosserat::state::{State, measure};
 
 use super::quantity::{Measured, Quantity};
 use super::runs::Runs;
@@ -57,7 +58,7 @@ pub(super) fn whip(runs: &mut Runs<'_>) -> Measured {
     let last = model.segments.len() - 1;
     let (g, length) = (model.gravity.norm(), measure::rod_lengths(model, &scene.state)[0]);
     let first = measure::energy(model, &scene.state).total();
-    let end = |state: &rod::State| (state.positions[last] + state.axis(last) * (0.5 * model.segments[last].length)).z;
+    let end = |state: &State| (state.positions[last] + state.axis(last) * (0.5 * model.segments[last].length)).z;
     let mut ways = Vec::new();
     let (mut stretched, mut energy) = (0.0, f64::NAN);
     let (mut deepest, mut furthest) = (f64::INFINITY, 0.0_f64);
@@ -102,7 +103,7 @@ pub(super) fn whip(runs: &mut Runs<'_>) -> Measured {
 pub(super) fn two_ropes(runs: &mut Runs<'_>) -> Measured {
     let scene = scene::builtin("collision")?;
     let model = &scene.model;
-    let of = |state: &rod::State| {
+    let of = |state: &State| {
         (
             measure::linear_momentum(model, state),
             measure::angular_momentum(model, state),

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use cosserat::scene::{self, Scene};
 use nalgebra::Vector3;
-use scene::Scene;
 
 use super::quantity::{Measured, Quantity, median};
 use super::runs::Runs;

@@ -14,7 +14,7 @@ mod runs;
 mod theory;
 mod twist;
 
-use ::dynamics::simulation::Settings;
+use cosserat::simulation::Settings;
 use quantity::Measured;
 use runs::Runs;
 

@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use rod::measure;
+use cosserat::scene;
+use cosserat::simulation::Touched;
+use cosserat::state::measure;
 
 use super::quantity::{Measured, Quantity, median};
 use super::runs::Runs;
@@ -22,10 +24,7 @@ pub(super) fn pile(runs: &mut Runs<'_>) -> Measured {
         let energy = measure::energy(model, now.state);
         (highest, kinetic) = (highest.max(energy.total() - first), energy.kinetic);
         if now.time > 0.8 * until {
-            let ground = now
-                .contacts
-                .iter()
-                .filter(|contact| matches!(contact.other, dynamics::simulation::Touched::Obstacle(_)));
+            let ground = now.contacts.iter().filter(|contact| matches!(contact.other, Touched::Obstacle(_)));
             borne.push(ground.map(|contact| contact.force.z).sum::<f64>());
         }
     })?;

@@ -1,8 +1,8 @@
 //! What an experiment measures, and whether it is right.
 
-use dynamics::simulation::SimulationError;
-use dynamics::step::Status;
-use scene::SceneError;
+use cosserat::scene::SceneError;
+use cosserat::simulation::{SimulationError, Status};
+use cosserat::statics::StaticError;
 use thiserror::Error;
 
 /// Why an experiment gives no result.
@@ -16,7 +16,7 @@ pub enum BenchmarkError {
     Simulation(#[from] SimulationError),
     /// A scene has no static analysis.
     #[error(transparent)]
-    Static(#[from] statics::StaticError),
+    Static(#[from] StaticError),
     /// The caller asked to stop.
     #[error("interrupted")]
     Interrupted,

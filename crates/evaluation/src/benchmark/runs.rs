@@ -2,12 +2,10 @@
 
 use std::time::Instant;
 
-use dynamics::auto;
-use dynamics::counters::Counters;
-use dynamics::simulation::{ContactForce, Settings, Simulation};
-use dynamics::step::Status;
-use rod::{JointForce, State};
-use scene::Scene;
+use cosserat::guess;
+use cosserat::scene::Scene;
+use cosserat::simulation::{ContactForce, Counters, Settings, Simulation, Status};
+use cosserat::state::{JointForce, State};
 
 use super::quantity::{BenchmarkError, Outcome, Quantity};
 
@@ -50,7 +48,7 @@ impl<'a> Runs<'a> {
         mut look: impl FnMut(&Moment<'_>),
     ) -> Result<Counters, BenchmarkError> {
         let model = &scene.model;
-        let choice = auto::choose(model, &self.settings.step, Some(self.settings.solver));
+        let choice = guess::choose(model, &self.settings.step, Some(self.settings.solver));
         let guess = |model: &_, members: &_, topology: &_| choice.build_guess(model, members, topology);
         let mut simulation = Simulation::new(model, &scene.state, self.settings, Some(&guess))?;
         let mut state = scene.state.clone();

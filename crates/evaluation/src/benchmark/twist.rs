@@ -2,8 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use cosserat::assembly::Section;
+use cosserat::scene;
+use cosserat::state::{Model, State, darboux};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Model, Section, State, darboux};
 
 use super::quantity::{BenchmarkError, Measured, Quantity};
 use super::runs::Runs;

@@ -22,14 +22,10 @@ pub mod performance;
 pub mod speedup;
 pub mod temporal;
 
-use component::Members;
-use dynamics::guess::{Fischer, GuessKind, InitialGuess};
-use dynamics::simulation::{GuessFactory, Settings, SimulationError};
-use dynamics::step::StepParams;
-use jointed::linear::cg::CgParams;
-use jointed::linear::solvers::SolverKind;
-use jointed::topology::Topology;
-use rod::Model;
+use cosserat::guess::{GuessFactory, GuessKind, InitialGuess, Members, Topology};
+use cosserat::internals::dynamics::guess::Fischer;
+use cosserat::simulation::{CgParams, Settings, SimulationError, SolverKind, StepParams};
+use cosserat::state::Model;
 
 use crate::compare::Entry;
 
@@ -114,8 +110,9 @@ fn quickest<T>(
 /// Scenes and guesses for tests: what stands for networks here is without learning.
 #[cfg(test)]
 mod example {
-    use rod::Integrator;
-    use scene::sampling::{Parameters, Rod};
+    use cosserat::scene;
+    use cosserat::scene::sampling::{Parameters, Rod};
+    use cosserat::simulation::{Integrator, PreconditionerKind};
 
     use super::*;
 
@@ -130,11 +127,7 @@ mod example {
 
     pub(super) const CG: CgSolver = CgSolver {
         step: StepParams { integrator: Integrator::Euler, ..StepParams::DEFAULT },
-        cg: CgParams {
-            preconditioner: jointed::linear::precondition::PreconditionerKind::BlockJacobi,
-            tolerance: 1e-6,
-            max_iterations: None,
-        },
+        cg: CgParams { preconditioner: PreconditionerKind::BlockJacobi, tolerance: 1e-6, max_iterations: None },
     };
 
     /// Stored and read back.

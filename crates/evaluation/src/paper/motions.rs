@@ -5,12 +5,11 @@
 //! The paper does not say what its NRMSE is normalised by. Here, the root mean square distance of the segments' centres is
 //! divided by the rods' mean length ([`position_error`]).
 
-use dynamics::simulation::{Simulation, SimulationError};
-use dynamics::step::Status;
+use cosserat::scene::Scene;
+use cosserat::simulation::{Simulation, SimulationError, Status};
+use cosserat::state::measure::worst_gap;
+use cosserat::state::{Model, State};
 use nalgebra::Vector3;
-use rod::measure::worst_gap;
-use rod::{Model, State};
-use scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use crate::guesses::Spread;
@@ -148,11 +147,11 @@ pub fn last_nrmse(traces: &[&Trace]) -> Option<Spread> {
 
 #[cfg(test)]
 mod tests {
-    use component::{Component, Members};
-    use dynamics::projection::Projection;
-    use dynamics::step::StepParams;
-    use jointed::topology::Topology;
-    use kernels::Spatial;
+    use cosserat::guess::{Members, Topology};
+    use cosserat::internals::component::Component;
+    use cosserat::internals::dynamics::projection::Projection;
+    use cosserat::internals::kernels::Spatial;
+    use cosserat::simulation::StepParams;
 
     use super::super::example::{CG, bending, quadratic, stored};
     use super::*;

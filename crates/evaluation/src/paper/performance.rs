@@ -7,8 +7,8 @@
 //!
 //! Fischer's projection and the direct solver stand beside the guesses as rivals.
 
-use dynamics::simulation::SimulationError;
-use scene::Scene;
+use cosserat::scene::Scene;
+use cosserat::simulation::SimulationError;
 use serde::{Deserialize, Serialize};
 
 use super::speedup::{self, SceneRun, Speedup, speedups};

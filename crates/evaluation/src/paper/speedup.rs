@@ -5,9 +5,8 @@
 //! stands beside its times ([`compare::run`]). Speed-ups are relative to the first way of the same run; over repeated runs
 //! or topologies their spread is told. What the paper does not ask is when training has paid for itself.
 
-use dynamics::simulation::SimulationError;
-use dynamics::step::Status;
-use scene::Scene;
+use cosserat::scene::Scene;
+use cosserat::simulation::{SimulationError, Status};
 use serde::{Deserialize, Serialize};
 
 use super::{quickest, saved};

@@ -3,9 +3,9 @@
 //! At each step all starts are held against each other on the same system, the first outer iteration's of the exact
 //! motion ([`crate::guesses::measure`]). The paper's curves are relative to a zero start, which is its dashed horizontal line at 1.
 
-use dynamics::simulation::SimulationError;
-use scene::Scene;
-use scene::sampling::{Family, Helix, Parameters, Rod};
+use cosserat::scene::Scene;
+use cosserat::scene::sampling::{Family, Helix, Parameters, Rod};
+use cosserat::simulation::SimulationError;
 use serde::{Deserialize, Serialize};
 
 use super::{CgSolver, DIRECT, NamedGuess, quickest, starts};

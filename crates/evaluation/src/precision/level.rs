@@ -1,7 +1,6 @@
 //! How accurately a way is run.
 
-use dynamics::simulation::Settings;
-use jointed::linear::solvers::SolverKind;
+use cosserat::simulation::{Settings, SolverKind};
 use serde::{Deserialize, Serialize};
 
 use super::reference::CONTACT_TOLERANCE;
@@ -9,7 +8,7 @@ use super::reference::CONTACT_TOLERANCE;
 /// When the outer iterations of a step end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Outer {
-    /// At this residual, relative to the prediction's: see [`dynamics::step::StepParams::relative_tolerance`].
+    /// At this residual, relative to the prediction's: see [`cosserat::simulation::StepParams::relative_tolerance`].
     Tolerance(f64),
     /// After so many, converged or not, without substeps.
     Iterations(usize),

@@ -1,8 +1,8 @@
 //! How far one motion is from another.
 
+use cosserat::state::measure::rod_lengths;
+use cosserat::state::{Model, State};
 use nalgebra::Vector3;
-use rod::measure::rod_lengths;
-use rod::{Model, State};
 
 /// Mean length of the rods [m]: what errors are relative to.
 pub fn mean_length(model: &Model) -> f64 {
@@ -27,7 +27,7 @@ pub fn length_ratio(model: &Model, state: &State, first: &State) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use rod::{Assembly, Material, RodSpec, shape};
+    use cosserat::assembly::{Assembly, Material, RodSpec, shape};
 
     use super::*;
 

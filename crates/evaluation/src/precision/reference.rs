@@ -1,13 +1,10 @@
 //! A scene to be simulated, and the motions that errors are measured against.
 
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::simulation::{Settings, Simulation, SimulationError};
-use dynamics::step::{Status, StepParams};
+use cosserat::guess::GuessKind;
+use cosserat::scene::Scene;
+use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, SimulationError, Status, StepParams};
+use cosserat::state::{Model, State};
 use nalgebra::Vector3;
-use rod::Integrator;
-use rod::{Model, State};
-use scene::Scene;
 
 use super::metrics::position_error;
 

@@ -2,14 +2,10 @@
 
 use std::ops::Range;
 
-use component::Members;
-use dynamics::auto;
-use dynamics::guess::{GuessKind, InitialGuess};
-use dynamics::projection::Projection;
-use dynamics::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use dynamics::step::Status;
-use jointed::topology::Topology;
-use rod::{Model, State};
+use cosserat::guess::{self, GuessFactory, GuessKind, InitialGuess, Members, Topology};
+use cosserat::internals::dynamics::projection::Projection;
+use cosserat::simulation::{Settings, Simulation, SimulationError, Status};
+use cosserat::state::{Model, State};
 use serde::{Deserialize, Serialize};
 
 use super::clock::{of_run, with_share};
@@ -31,7 +27,7 @@ pub enum Start<'a> {
     Plain(GuessKind),
     /// A learned guess.
     Learned(OfSet<'a, Option<Box<dyn InitialGuess>>>),
-    /// Where [`auto::choose`] says for each level.
+    /// Where [`guess::choose`] says for each level.
     Auto,
     /// Predictions in the place of all solves: the paper's end-to-end comparison.
     EndToEnd(OfSet<'a, Box<dyn Projection>>),
@@ -57,7 +53,7 @@ impl Way<'_> {
             Start::Plain(kind) => from(&|model, members, topology| kind.build(model, members, topology)),
             Start::Learned(guess) => from(guess),
             Start::Auto => {
-                let choice = auto::choose(model, &settings.step, Some(settings.solver));
+                let choice = guess::choose(model, &settings.step, Some(settings.solver));
                 from(&|model, members, topology| choice.build_guess(model, members, topology))
             }
             Start::EndToEnd(projection) => Simulation::end_to_end(model, state, &settings.step, projection),

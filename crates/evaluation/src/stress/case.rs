@@ -1,7 +1,8 @@
 //! A case of the table.
 
-use dynamics::formulation::Formulation;
-use rod::{Assembly, Model, State};
+use cosserat::assembly::Assembly;
+use cosserat::simulation::Formulation;
+use cosserat::state::{Model, State};
 
 /// A case of the table.
 pub struct Case {

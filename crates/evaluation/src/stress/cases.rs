@@ -1,7 +1,7 @@
 //! Rods that touch nothing, free, clamped, closed: stiff, slack, tiny, huge, uneven and degenerate; then trees, and wind.
 
+use cosserat::assembly::{Air, Assembly, Damping, Material, RestShape, RodSpec, Stretch, Wind, shape};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Air, Assembly, Damping, Material, RestShape, RodSpec, Stretch, Wind, shape};
 
 use super::case::{Case, case};
 

@@ -1,10 +1,10 @@
 //! Rods that touch the ground and each other.
 
-use dynamics::formulation::Formulation;
+use cosserat::assembly::{Assembly, Contacts, Friction, Material, Obstacle, ObstacleShape, RodSpec, Surface, shape};
+use cosserat::simulation::Formulation;
 use nalgebra::{Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use rod::{Assembly, Contacts, Friction, Material, Obstacle, ObstacleShape, RodSpec, Surface, shape};
 
 use super::case::{Case, case};
 use super::cases::GRAVITY;

@@ -6,10 +6,9 @@ mod contact;
 
 use std::time::Instant;
 
-use dynamics::formulation::{Formulation, Tangent};
-use dynamics::simulation::{GuessFactory, Settings, Simulation, SimulationError};
-use dynamics::step::{Status, StepParams};
-use rod::{Model, measure};
+use cosserat::guess::GuessFactory;
+use cosserat::simulation::{Formulation, Settings, Simulation, SimulationError, Status, StepParams, Tangent};
+use cosserat::state::{Model, measure};
 use serde::{Deserialize, Serialize};
 
 pub use case::Case;

@@ -1,10 +1,7 @@
 //! Experiments with a known result: those that take at most a second give it.
 
-use dynamics::formulation::Formulation;
-use dynamics::simulation::Settings;
-use dynamics::step::{Status, StepParams};
+use cosserat::simulation::{Formulation, Integrator, Settings, Status, StepParams};
 use evaluation::benchmark::{Outcome, experiments};
-use rod::Integrator;
 
 fn run(name: &str, integrator: Integrator) -> Outcome {
     let step = StepParams { formulation: Formulation::Newton, integrator, ..StepParams::DEFAULT };

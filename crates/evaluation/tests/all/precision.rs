@@ -2,16 +2,15 @@
 
 use std::num::NonZeroUsize;
 
-use dynamics::formulation::Formulation;
-use dynamics::guess::GuessKind;
-use dynamics::projection::Projection;
-use dynamics::simulation::Settings;
-use dynamics::step::{Status, StepParams};
+use cosserat::guess::GuessKind;
+use cosserat::internals::component::Component;
+use cosserat::internals::dynamics::projection::Projection;
+use cosserat::internals::kernels::Spatial;
+use cosserat::scene;
+use cosserat::simulation::{
+    CgParams, Formulation, Integrator, PreconditionerKind, Settings, SolverKind, Status, StepParams,
+};
 use evaluation::precision::{Against, Budget, Curve, GivenUp, Level, Outer, Problem, Start, Way, run_way};
-use jointed::linear::cg::CgParams;
-use jointed::linear::precondition::PreconditionerKind;
-use jointed::linear::solvers::SolverKind;
-use rod::Integrator;
 
 const PLENTY: Budget = Budget { seconds: 100.0, repetitions: 1 };
 
@@ -162,14 +161,7 @@ fn substeps_come_nearer_to_the_converged_reference() {
 fn predictions_in_the_place_of_solves_are_a_way() {
     struct Nothing;
     impl Projection for Nothing {
-        fn project(
-            &mut self,
-            _: &component::Component<f64>,
-            _: usize,
-            _: &mut [kernels::Spatial<f64>],
-            _: &mut [kernels::Spatial<f64>],
-        ) {
-        }
+        fn project(&mut self, _: &Component<f64>, _: usize, _: &mut [Spatial<f64>], _: &mut [Spatial<f64>]) {}
     }
     let problem = rod(&[Formulation::Xpbd], &[]);
     let nothing = Start::EndToEnd(Box::new(|_, _, _| Box::new(Nothing)));

@@ -3,8 +3,10 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
+use cosserat::assembly::{Assembly, InnerDamping, Material, RestShape, RodSpec};
+use cosserat::motion::KeyframeError;
+use cosserat::state::{Model, State};
 use nalgebra::Vector3;
-use rod::{Assembly, InnerDamping, KeyframeError, Material, Model, RestShape, RodSpec, State};
 
 use super::{Numbers, Tree};
 use crate::cable::{Cable, DENSITY, Place, RADIUS, set_velocities, turn, youngs_modulus};

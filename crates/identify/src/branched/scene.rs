@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use cosserat::state::darboux::rotation_of;
 use export::ExportError;
 use nalgebra::Vector3;
-use rod::darboux::rotation_of;
 
 use super::{BranchedCable, Numbers};
 use crate::parameter::Parameter;

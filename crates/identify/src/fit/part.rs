@@ -1,7 +1,7 @@
 //! What a search looks at: recordings, their predictions, and what they say of the numbers.
 
+use cosserat::optimise::{Normal, Residuals};
 use nalgebra::DVector;
-use optimise::{Normal, Residuals};
 
 use super::search::{Of, Search, Stage};
 use crate::predict::{Prediction, TOGETHER, are_in_time, predict, predict_each};

@@ -1,9 +1,9 @@
 //! The stiffness of bending with which a wire hangs as it was photographed.
 
+use cosserat::derivative::{DerivativeError, Equilibrium, Parameter, Rods};
+use cosserat::optimise::{LeastSquares, Normal, Residuals};
+use cosserat::statics::StaticParams;
 use nalgebra::{DVector, Vector3};
-use optimise::{LeastSquares, Normal, Residuals};
-use sensitivity::{DerivativeError, Equilibrium, Parameter, Rods};
-use statics::StaticParams;
 
 use super::wire::in_space;
 use super::{HangingError, Photograph, Wire};

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use cosserat::motion::{Driven, Interpolation, Keyframe, Motion};
+use cosserat::state::Body;
+use cosserat::statics::{PathParams, StaticParams, path};
 use nalgebra::Vector3;
-use rod::{Body, Driven, Interpolation, Keyframe, Motion};
-use statics::StaticParams;
-use statics::path::{PathParams, path};
 
 use super::{HangingError, Photograph, Wire};
 

@@ -2,10 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use dynamics::simulation::SimulationError;
+use cosserat::assembly::{Assembly, Material, RestShape, RodSpec, shape};
+use cosserat::derivative::DerivativeError;
+use cosserat::motion::KeyframeError;
+use cosserat::simulation::SimulationError;
+use cosserat::state::{Model, Pose, Springs, State};
+use cosserat::statics::StaticError;
 use nalgebra::{Rotation3, UnitQuaternion, Vector2, Vector3};
-use rod::{Assembly, KeyframeError, Material, Model, Pose, RestShape, RodSpec, Springs, State, shape};
-use sensitivity::DerivativeError;
 use thiserror::Error;
 
 use super::Photograph;
@@ -35,7 +38,7 @@ pub enum HangingError {
     Model(#[from] SimulationError),
     /// A path of equilibria that cannot be followed.
     #[error(transparent)]
-    Path(#[from] statics::StaticError),
+    Path(#[from] StaticError),
     /// An equilibrium that was not found, or is none.
     #[error(transparent)]
     Equilibrium(#[from] DerivativeError),

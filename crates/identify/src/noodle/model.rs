@@ -3,12 +3,11 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
+use cosserat::assembly::{Air, Assembly, Damping, InnerDamping, Material, RestShape, RodSpec, Wind, shape};
+use cosserat::motion::{Carried, Driven, Interpolation, KeyframeError, Motion};
+use cosserat::state::{Body, Model, Pose, State};
+use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{
-    Air, Assembly, Body, Carried, Damping, Driven, InnerDamping, Interpolation, KeyframeError, Material, Model, Motion,
-    Pose, RestShape, RodSpec, State, Wind, shape,
-};
-use statics::{StaticParams, equilibrium};
 
 use super::{MARKERS, NoodleRecording, Number, Numbers};
 use crate::cable::{AIR_DENSITY, DENSITY, GRAVITY, RADIUS};

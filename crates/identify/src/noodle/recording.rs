@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
+use cosserat::state::Pose;
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::Pose;
 
 use super::MARKERS;
 use crate::recording::{Place, Recording, RecordingError, check_length, median};

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use dynamics::simulation::{Settings, Simulation};
+use cosserat::scene;
+use cosserat::simulation::{Settings, Simulation};
 use identify::branched::{Branch, BranchedCable, Number, Numbers, Tree};
 use identify::confidence::known;
 use identify::fit::fit;

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use cosserat::statics::{StaticParams, equilibrium};
 use identify::hanging::{Bent, Photograph, Wire, bending, critical_twist, read, twist_ratio};
 use nalgebra::{Vector2, Vector3};
-use statics::{StaticParams, equilibrium};
 
 /// A wire of the recordings in `data/hanging-wires`.
 struct Published {

@@ -4,7 +4,10 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dynamics::simulation::{Settings, Simulation};
+use cosserat::scene;
+use cosserat::simulation::{Settings, Simulation};
+use cosserat::state::Pose;
+use cosserat::statics::{StaticParams, equilibrium};
 use identify::confidence::known;
 use identify::fit::{Search, Stage, fit};
 use identify::kind::{Clamped, Kind};
@@ -13,8 +16,6 @@ use identify::predict::{predict, step_params};
 use identify::recording::{Reading, Recording};
 use identify::specimen::Specimen;
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::Pose;
-use statics::{StaticParams, equilibrium};
 
 const SEGMENTS: usize = 8;
 const FRAMES: usize = 400;

@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dynamics::simulation::{Settings, Simulation};
+use cosserat::scene;
+use cosserat::simulation::{Settings, Simulation};
+use cosserat::state::darboux::darboux;
 use identify::cable::{Cable, Resolution};
 use identify::confidence::known;
 use identify::fit::{Search, Stage, fit, fit_finer};
@@ -15,7 +17,6 @@ use identify::recording::{Reading, Recording, files, read, read_all};
 use identify::simulated::{Plan, csv, recordings};
 use identify::specimen::Specimen;
 use nalgebra::Vector3;
-use rod::darboux::darboux;
 
 /// Off by 1 mm.
 fn plan() -> Plan {

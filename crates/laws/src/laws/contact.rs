@@ -1,10 +1,10 @@
 //! Forces of contacts, and how deep bodies are in each other.
 
-use collision::{TriangleMesh, closest};
-use dynamics::simulation::{ContactForce, Touched};
-use dynamics::step::StepParams;
+use cosserat::assembly::{ObstacleShape, Surface};
+use cosserat::internals::collision::{TriangleMesh, closest};
+use cosserat::simulation::{ContactForce, StepParams, Touched};
+use cosserat::state::State;
 use nalgebra::Vector3;
-use rod::{ObstacleShape, State, Surface};
 
 use crate::law::{Law, Violation};
 use crate::step::Step;

@@ -5,10 +5,9 @@
 //! turn^2` of each joint, and of the tolerances. What is stored in joints that yield little is that of their forces: their
 //! gaps are below the tolerance.
 
-use dynamics::simulation::Touched;
-use dynamics::step::{Status, StepParams};
+use cosserat::simulation::{Status, StepParams, Touched};
+use cosserat::state::{Body, Joint, JointForce, Model, Pose, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Body, Joint, JointForce, Model, Pose, State, measure};
 
 use crate::law::{Law, Violation};
 use crate::step::Step;
@@ -237,7 +236,7 @@ fn wind(step: &Step<'_>) -> f64 {
 /// By how much gravity and loads change in the step [N].
 fn jump(step: &Step<'_>) -> f64 {
     let [before, after] = [step.model_before, step.model];
-    let mass: f64 = after.segments.iter().filter(|segment| !segment.fixed).map(rod::Segment::mass).sum();
+    let mass: f64 = after.segments.iter().filter(|segment| !segment.fixed).map(Segment::mass).sum();
     let loads = before.loads.iter().zip(&after.loads);
     (after.gravity - before.gravity).norm() * mass + loads.map(|(a, b)| (a.force - b.force).norm()).sum::<f64>()
 }

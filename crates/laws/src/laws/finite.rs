@@ -1,5 +1,7 @@
 //! All numbers are finite.
 
+use cosserat::simulation::ContactForce;
+
 use crate::law::{Law, Violation};
 use crate::step::Step;
 
@@ -10,9 +12,7 @@ pub(super) fn finite(step: &Step<'_>, violations: &mut Vec<Violation>) -> bool {
     let is_state = vectors.into_iter().flatten().flatten().all(|x| x.is_finite())
         && state.orientations.iter().flat_map(|q| &q.coords).all(|x| x.is_finite());
     let is_forces = step.forces[1].iter().flat_map(|f| f.force.iter().chain(&f.moment)).all(|x| x.is_finite());
-    let of_contact = |c: &dynamics::simulation::ContactForce| {
-        [c.place, c.normal, c.force, c.slip].iter().flatten().all(|x| x.is_finite())
-    };
+    let of_contact = |c: &ContactForce| [c.place, c.normal, c.force, c.slip].iter().flatten().all(|x| x.is_finite());
     let is_contacts = step.contacts.iter().all(of_contact);
     let parts = [("poses and velocities", is_state), ("joint forces", is_forces), ("contact forces", is_contacts)];
     for (what, is_finite) in parts {

@@ -7,10 +7,10 @@
 //! `xpbd` pushes along the directions of its iterates: its torques, and the forces of contacts, are off by the
 //! angle that bodies turn in the step, of first order in dt.
 
-use dynamics::simulation::{ContactForce, Touched};
-use dynamics::step::StepParams;
+use cosserat::assembly::Damping;
+use cosserat::simulation::{ContactForce, StepParams, Touched};
+use cosserat::state::{Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Segment, State, measure};
 
 use crate::law::{Law, Violation};
 use crate::step::Step;
@@ -70,7 +70,7 @@ fn is_alone(step: &Step<'_>) -> bool {
     model.contacts.obstacles.is_empty()
         && model.anchors.is_empty()
         && model.segments.iter().all(|segment| !segment.fixed)
-        && model.damping == rod::Damping::default()
+        && model.damping == Damping::default()
         && model.changes.is_empty()
 }
 

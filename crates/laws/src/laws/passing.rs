@@ -3,9 +3,9 @@
 //! Ends of axes go on straight lines from one state to the next. Two axes cross where their four ends lie in one plane, within
 //! both their lengths, which is looked for in many parts of the step.
 
-use collision::TriangleMesh;
+use cosserat::assembly::ObstacleShape;
+use cosserat::internals::collision::TriangleMesh;
 use nalgebra::Vector3;
-use rod::ObstacleShape;
 
 use super::contact::{distance, line};
 use crate::law::{Law, Violation};

@@ -1,7 +1,8 @@
 //! Whether what the status says is so: residuals of joints, computed from scratch, and gaps.
 
-use dynamics::step::Status;
-use rod::{Body, InnerDamping, measure};
+use cosserat::assembly::InnerDamping;
+use cosserat::simulation::Status;
+use cosserat::state::{Body, measure};
 
 use crate::law::{Law, Violation};
 use crate::step::Step;

@@ -1,12 +1,9 @@
 //! Steps that keep all laws, and what a law says where they are spoilt.
 
-use dynamics::formulation::Formulation;
-use dynamics::simulation::{ContactForce, Simulation, Touched};
-use dynamics::step::Status;
-use jointed::linear::solvers::SolverKind;
+use cosserat::scene;
+use cosserat::simulation::{ContactForce, Formulation, Integrator, Simulation, SolverKind, Status, Touched};
+use cosserat::state::{JointForce, Model, State};
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::Integrator;
-use rod::{JointForce, Model, State};
 
 use super::*;
 use crate::case::Method;

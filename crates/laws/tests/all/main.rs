@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dynamics::formulation::Formulation;
+use cosserat::simulation::Formulation;
 use laws::{Case, Checked, Failure, Found, Law, Method, campaign, check, draw};
 
 #[test]

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use cosserat::scene;
+
 /// The folder with the examples.
 const FOLDER: &str = "MUJOCO_CABLES";
 

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use cosserat::scene::{self, Scene};
 use mjcf::Converted;
-use scene::Scene;
 
 /// A file of ours: a cable that is clamped at its start, over a floor.
 const CABLE: &str = include_str!("cable.xml");

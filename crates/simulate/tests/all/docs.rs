@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{CABLE_BETWEEN_GRIPS, json, run, texts};
-use rod::Quantity;
+use cosserat::state::Quantity;
 use roxmltree::Document;
 use safetensors::SafeTensors;
 use serde_json::Value;

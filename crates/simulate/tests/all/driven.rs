@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{refused, runs};
+use cosserat::state::State;
 use export::{Trajectory, read_trajectory};
 use serde_json::Value;
 
@@ -86,7 +87,7 @@ fn a_frame_is_taken_hold_of_where_it_is() {
     runs(&[&shifted, "--steps", "20", "--trajectory", "--out", &second, "--from", &frame]);
     let (before, after) = (trajectory(&first), trajectory(&second));
     assert_eq!((after.time[0], &after.states[0]), (0.0, &before.states[20]));
-    let face = |state: &rod::State| state.positions[0] - state.axis(0) * 0.05;
+    let face = |state: &State| state.positions[0] - state.axis(0) * 0.05;
     for (k, state) in after.states.iter().enumerate() {
         let x = -0.5 * (0.4 + 0.02 * k as f64);
         assert!((face(state).x - x).abs() < 0.005 && face(state).z.abs() < 0.01, "frame {k}: {}", face(state));

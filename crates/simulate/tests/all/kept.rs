@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{json, run, texts};
+use cosserat::scene;
 use serde_json::{Value, json};
 
 /// A cable between a clamp and a gripper that moves as a table says, over a mesh and a copy, with probes.

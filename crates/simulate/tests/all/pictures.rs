@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{builtin_names, json, run, simulate, texts};
+use cosserat::scene;
 use export::{Trajectory, read_trajectory};
 use gltf::Gltf;
 use roxmltree::Document;

@@ -3,6 +3,7 @@
 use std::fs;
 
 use crate::common::{builtin_names, json, many_rods, nulls, run, simulate, texts};
+use cosserat::scene;
 use serde_json::Value;
 
 const FORMULATIONS: [&str; 2] = ["xpbd", "newton"];

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use anyhow::{Context as _, Result};
 use catalogue::Network;
 use copingnet::{Output, Training};
+use cosserat::scene::builtin;
+use cosserat::scene::sampling::{Helix, Parameters, Rod, Tree, supplement};
 use dataset::{Config, Scenario};
 use evaluation::paper::{performance, speedup, temporal};
-use scene::builtin;
-use scene::sampling::{Helix, Parameters, Rod, Tree, supplement};
 
 use crate::context::Context;
 use crate::sections::dynamics::varied;

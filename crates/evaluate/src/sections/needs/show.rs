@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dynamics::formulation::Formulation;
+use cosserat::simulation::Formulation;
 use evaluation::needs::{LeftOut, Needs};
 use evaluation::stages::Stages;
 use report::{Bar, BarChart, Block, Cell, Charts, Conditions, Figure, Section};

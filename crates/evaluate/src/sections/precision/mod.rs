@@ -9,11 +9,10 @@ use std::num::NonZeroUsize;
 use std::rc::Rc;
 
 use anyhow::{Context as _, Result};
-use dynamics::formulation::Formulation;
+use cosserat::scene::{self, Scene};
+use cosserat::simulation::{Formulation, SolverKind};
 use evaluation::precision::{Budget, Level, Outer, Problem, Way, run_way};
-use jointed::linear::solvers::SolverKind;
 use key::{PrecisionKey, Value};
-use scene::Scene;
 
 use crate::cells::Section;
 use crate::context::{Context, Size};

@@ -1,6 +1,6 @@
 //! How error against run time is shown: who is fastest, and what a learned guess is worth.
 
-use dynamics::formulation::Formulation;
+use cosserat::simulation::Formulation;
 use evaluation::precision::Against;
 use evaluation::precision::pareto::{Line, fastest};
 use report::{Block, Cell};

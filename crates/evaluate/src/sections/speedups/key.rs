@@ -1,8 +1,8 @@
 //! Of what speed-ups are measured.
 
 use anyhow::Result;
-use scene::Scene;
-use scene::sampling::{Parameters, Tree};
+use cosserat::scene::sampling::{Parameters, Tree};
+use cosserat::scene::{self, Scene};
 use serde::{Deserialize, Serialize};
 
 /// The section's name.

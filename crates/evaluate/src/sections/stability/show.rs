@@ -1,6 +1,6 @@
 //! The tables of the stability report.
 
-use dynamics::formulation::Formulation;
+use cosserat::simulation::Formulation;
 use evaluation::stress::{self, CaseRun};
 use report::{Block, Cell, Conditions, Section};
 

@@ -4,6 +4,7 @@
 
 use std::process::{Command, Output, Stdio};
 
+use cosserat::scene;
 use serde_json::Value;
 
 /// A scene of a cable between two grips, which the learned start knows.
