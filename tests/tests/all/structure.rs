@@ -1,5 +1,5 @@
-//! The structure of the sources: sizes of crates, numbers of tuned constants, and levels and circles of imports between the files of a
-//! crate.
+//! The structure of the sources: sizes of crates, numbers of tuned constants, levels and circles of imports between the files of a
+//! crate, and who may depend on the crates behind the facade.
 //!
 //! An import leads from the file with a `use`, or with a path outside of any, to the file that defines the name: re-exports are
 //! followed. A circle is a strongly connected component of more than one file (Tarjan 1972). Tests inside files do not
@@ -65,6 +65,12 @@ const DEEPER: [(&str, usize); 11] = [
     ("scene", 17),
     ("simulate", 13),
 ];
+
+/// Crates of the facade that all may name: names, charts, files and pages, which build on `rod` alone.
+const FILES: [&str; 4] = ["names", "chart", "export", "view"];
+
+/// Crates of the facade that all may name, since learning works on them.
+const LEARNING: [&str; 2] = ["graph", "copingnet"];
 
 /// A crate's name and the folder of its sources.
 fn crates() -> Vec<(String, PathBuf)> {
@@ -367,6 +373,51 @@ fn levels_are_few() {
         let chain = longest_chain(&src);
         let most = DEEPER.iter().find(|(own, _)| *own == name).map_or(LEVELS, |&(_, most)| most);
         assert!(chain.len() <= most, "{name} has {} levels; at most {most} are allowed: {chain:?}", chain.len());
+    }
+}
+
+/// What the manifest of a folder lists under headings that end in `heading`, by the names of the workspace.
+fn listed(folder: &Path, heading: &str) -> BTreeSet<String> {
+    let text = fs::read_to_string(folder.join("Cargo.toml")).expect("a manifest");
+    let mut listed = BTreeSet::new();
+    let mut within = false;
+    for line in text.lines() {
+        if line.starts_with('[') {
+            within = line.strip_suffix(']').is_some_and(|line| line.ends_with(heading));
+        } else if within && let Some((name, _)) = line.split_once(['.', ' ']) {
+            listed.insert(name.to_owned());
+        }
+    }
+    listed
+}
+
+/// Programs, evidence and learning enter by the facade: they list no crate behind it, not even for tests.
+#[test]
+fn only_the_facade_is_named() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let folder = |(name, src): (String, PathBuf)| (name, src.parent().expect("a folder").to_owned());
+    let mut folders: BTreeMap<String, PathBuf> = crates().into_iter().map(folder).collect();
+    folders.insert("tests".to_owned(), root.join("tests"));
+    // What the facade is made of, with all its features.
+    let mut behind = BTreeSet::new();
+    let mut waiting = vec!["cosserat".to_owned()];
+    while let Some(name) = waiting.pop() {
+        let below = listed(&folders[&name], "[dependencies").into_iter().filter(|name| folders.contains_key(name));
+        waiting.extend(below.filter(|name| behind.insert(name.clone())));
+    }
+    assert!(behind.len() > 15, "the facade is made of {behind:?}");
+    for file in FILES {
+        let below: Vec<String> = listed(&folders[file], "[dependencies").intersection(&behind).cloned().collect();
+        let is_known = |name: &String| name == "rod" || FILES.contains(&name.as_str());
+        assert!(below.iter().all(is_known), "{file} builds on {below:?}");
+    }
+    let outside: Vec<_> = folders.iter().filter(|(name, _)| *name != "cosserat" && !behind.contains(*name)).collect();
+    for open in FILES.iter().chain(&LEARNING) {
+        assert!(behind.remove(*open), "the facade is not made of {open}");
+    }
+    for (name, folder) in outside {
+        let named: Vec<String> = listed(folder, "dependencies").intersection(&behind).cloned().collect();
+        assert!(named.is_empty(), "{name} names {named:?}: it enters by cosserat");
     }
 }
 
