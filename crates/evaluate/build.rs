@@ -8,7 +8,7 @@ use std::process::Command;
 use std::{env, fs, io};
 
 /// What decides measurements: crates, scenes, and what the sections share.
-const DECIDING: [&str; 27] = [
+const DECIDING: [&str; 28] = [
     "crates/names/src",
     "crates/rod/src",
     "crates/collision/src",
@@ -22,6 +22,7 @@ const DECIDING: [&str; 27] = [
     "crates/sensitivity/src",
     "crates/scene/src",
     "crates/scene/scenes",
+    "crates/cosserat/src",
     "crates/graph/src",
     "crates/dataset/src",
     "crates/knn/src",

@@ -5,7 +5,7 @@
 //! - [`sweep`]: the first touch of capsules whose ends move during a step.
 //! - [`mesh`]: faces and edges of triangle meshes, found by a [`bvh`].
 //!
-//! Lengths are in any one unit, here called m.
+//! Lengths are in any one unit, here called m. This crate is internal: programs use `cosserat`.
 
 pub mod bvh;
 pub mod closest;

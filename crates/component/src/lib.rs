@@ -8,8 +8,8 @@
 //!   differentiated by.
 //! - [`snapshot`]: what of all this the steps to come depend on.
 //!
-//! It knows one connected set at a time: no contact, no iteration, no step control. The crates above use all of it; programs use
-//! crate `cosserat`.
+//! It knows one connected set at a time: no contact, no iteration, no step control. It is internal: programs use
+//! `cosserat`.
 
 mod adjoint;
 mod adjoint_joints;

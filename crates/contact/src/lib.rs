@@ -7,7 +7,7 @@
 //!   [`motion_bound`]: how far a segment moves at most.
 //! - [`warm_start`]: what contacts leave to those between the same places. [`overlap`]: overlaps at the start.
 //!
-//! It knows poses only: not how impulses are found, and no step control. Crate `dynamics` uses all of it; programs use crate
+//! It knows poses only: not how impulses are found, and no step control. It is internal: programs use
 //! `cosserat`.
 
 pub mod broad_phase;

@@ -1,4 +1,6 @@
 //! COPINGNet: the graph network in burn, its checkpoints, its fast inference and its guesses (paper, section 3.2).
+//!
+//! It is for learning: programs that only use what was learned have it from `cosserat`.
 
 #[cfg(feature = "training")]
 mod adam;

@@ -14,8 +14,8 @@
 //! - `connected_set`: a set with its solver, its guess and its counters. `lane_batch`: alike sets in lanes. `piece`: either of them, or
 //!   all sets that can touch, as `simulation` steps it. `batch`: many simulations as one.
 //!
-//! It knows no file format, no network, no static analysis and no derivative. Its public modules but for those that crate
-//! `cosserat` re-exports are for the crates beside it.
+//! It knows no file format, no network, no static analysis and no derivative. It is internal: programs
+//! use `cosserat`.
 
 pub mod attempt;
 pub mod auto;

@@ -6,7 +6,7 @@
 //! - [`solve`]: the solver: sweeps with Anderson acceleration, and Newton's method where they are slow.
 //! - [`partition`]: which contacts are solved side by side. [`team`]: threads that solve them. [`buckets`]: a counting sort.
 //!
-//! It knows matrices and friction bounds only: no rod, no geometry, no step.
+//! It knows matrices and friction bounds only: no rod, no geometry, no step. It is internal: programs use `cosserat`.
 
 mod anderson;
 pub mod buckets;

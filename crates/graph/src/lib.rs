@@ -14,7 +14,8 @@
 //! that no call allocates. What stays the same over a scene is filled apart from what changes with every solve. Ragged
 //! graphs are joined by [`Batch`].
 //!
-//! This crate knows the solver. It knows no network and no file format.
+//! This crate knows the solver. It knows no network and no file format. It is for learning: programs that only use what was
+//! learned have it from `cosserat`.
 
 mod batch;
 pub mod body_frame;

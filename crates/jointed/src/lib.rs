@@ -7,7 +7,7 @@
 //! - [`tangent`]: Newton's matrix in full, bodies and joints eliminated together.
 //! - [`mod@block`], [`mod@transfer`]: 6 x 6 kernels of both.
 //!
-//! It knows matrices and connectivity only: no state, no step, no contact.
+//! It knows matrices and connectivity only: no state, no step, no contact. It is internal: programs use `cosserat`.
 
 pub mod block;
 pub mod linear;

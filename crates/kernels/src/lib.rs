@@ -7,7 +7,7 @@
 //! - [`dispatch`]: a kernel compiled for several instruction sets.
 //! - [`mod@flat`]: lanes in memory as plain numbers; the only unsafe code.
 //!
-//! It knows nothing of rods, joints or steps.
+//! It knows nothing of rods, joints or steps. It is internal: programs use `cosserat`.
 
 pub mod dispatch;
 pub mod dual;

@@ -6,7 +6,8 @@
 //! [`Session`], which records it: the [`Recording`] replays to the same bits ([`Replay`]).
 //!
 //! The page is that of the crate `view`; frames come over a WebSocket (RFC 6455). Nothing else is fetched, and nothing but this
-//! machine can connect. This crate knows of no scenes, files and command lines.
+//! machine can connect. This crate knows of no scenes, files and command lines. It is internal:
+//! programs use `cosserat`.
 
 mod broken;
 mod command;

@@ -7,7 +7,8 @@
 //!
 //! Formulas follow Kugelstadt, Deul and Bender, "Direct Position-Based Solver for Stiff Rods" (2018), which the
 //! COPINGNet paper (Shao et al., "Accurately Solving Physical Systems with Graph Learning", ICLR 2021) builds on.
-//! Units are SI throughout. This crate knows no solver, no file format and no network.
+//! Units are SI throughout.
+//! This crate knows no solver, no file format and no network. It is internal: programs use `cosserat`.
 
 mod air;
 mod append;

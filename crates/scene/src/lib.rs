@@ -9,6 +9,7 @@
 //! A file is read in two stages: serde reads names and types (`format`), then every value is checked and the model is
 //! built (`assemble` calls `rods` and `net`, which add rods to a `builder`; each topic has a file). Whatever is wrong, the first mistake gives one error with file, line, key,
 //! value and what is allowed; no text makes it panic. `docs/scenes.md` documents the format. This crate knows no solver.
+//! It is internal: programs use `cosserat`.
 
 mod assemble;
 mod bodies;

@@ -6,7 +6,8 @@
 //! directions with the motion; [`Recording`] goes back through all steps, with the transposed factor, for the derivative of one
 //! number with respect to everything.
 //!
-//! It knows how steps are solved only by their results: the equations, the Jacobian and the contacts that press.
+//! It knows how steps are solved only by their results: the equations, the Jacobian and the contacts that press. It is internal:
+//! programs use `cosserat`.
 
 mod adjoint;
 mod back;

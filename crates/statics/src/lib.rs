@@ -8,7 +8,7 @@
 //! - [`mod@branches`]: several equilibria by deflation. [`mod@path`]: arc-length continuation. [`mod@modes`]: modal analysis about an
 //!   equilibrium. [`inverse_shape`]: rest shapes.
 //!
-//! It knows no step in time.
+//! It knows no step in time. It is internal: programs use `cosserat`.
 
 mod balance;
 pub mod branches;
