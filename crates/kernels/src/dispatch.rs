@@ -29,7 +29,7 @@ pub fn vectorized<R>(kernel: impl FnOnce() -> R) -> R {
 /// # Panics
 /// If the machine has no vector registers that pay for lanes: see [`has_lanes`].
 #[inline(always)]
-pub fn in_lanes<R>(kernel: impl FnOnce() -> R) -> R {
+pub(crate) fn in_lanes<R>(kernel: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
     match pulp::Arch::new() {
         pulp::Arch::V4(simd) => V4::vectorize(simd, Kernel(kernel)),

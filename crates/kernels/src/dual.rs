@@ -23,14 +23,6 @@ pub struct Dual<const D: usize> {
 }
 
 impl<const D: usize> Dual<D> {
-    /// A value that changes by 1 along one direction.
-    #[inline(always)]
-    pub fn along(value: f64, direction: usize) -> Self {
-        let mut slope = [0.0; D];
-        slope[direction] = 1.0;
-        Self { value, slope }
-    }
-
     /// `f(self)`, given its value and its derivative.
     #[inline(always)]
     fn chain(self, value: f64, derivative: f64) -> Self {
@@ -194,7 +186,7 @@ mod tests {
             ]
         }
         for (x, y) in [(0.7, -1.3), (1.9, 0.4), (-0.6, 2.2)] {
-            let found = all(Dual::<2>::along(x, 0), Dual::along(y, 1));
+            let found = all(Dual { value: x, slope: [1.0, 0.0] }, Dual { value: y, slope: [0.0, 1.0] });
             let h = 1e-6;
             for (direction, [dx, dy]) in [[h, 0.0], [0.0, h]].into_iter().enumerate() {
                 let (ahead, behind) = (all(x + dx, y + dy), all(x - dx, y - dy));
@@ -208,6 +200,6 @@ mod tests {
             }
             assert_eq!(found.map(|x| x.value.to_bits()), all(x, y).map(f64::to_bits));
         }
-        assert_eq!(Dual::<1>::along(0.0, 0).sqrt().slope, [0.0]);
+        assert_eq!(Dual { value: 0.0, slope: [1.0] }.sqrt().slope, [0.0]);
     }
 }

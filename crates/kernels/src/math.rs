@@ -48,7 +48,7 @@ impl<T: Real> Vec3<T> {
 impl<T: Real> Vec3<Both<T>> {
     /// One of the two.
     #[inline(always)]
-    pub fn one(self, k: usize) -> Vec3<T> {
+    pub(crate) fn one(self, k: usize) -> Vec3<T> {
         Vec3(Both::pick(self.0, k))
     }
 }
