@@ -8,11 +8,11 @@ use kernels::lane::{Both, Real};
 use kernels::math::{Sym3, Vec3, map_rows, sum, transposed};
 
 /// A 6x6 block, row by row.
-pub type Block<T> = [[T; 6]; 6];
+pub(crate) type Block<T> = [[T; 6]; 6];
 
 /// The four 3x3 parts of a block.
 #[inline(always)]
-pub fn assemble<T: Real>(ss: [[T; 3]; 3], sb: [[T; 3]; 3], bs: [[T; 3]; 3], bb: [[T; 3]; 3]) -> Block<T> {
+pub(crate) fn assemble<T: Real>(ss: [[T; 3]; 3], sb: [[T; 3]; 3], bs: [[T; 3]; 3], bb: [[T; 3]; 3]) -> Block<T> {
     let mut block = [[T::zero(); 6]; 6];
     for r in 0..3 {
         for c in 0..3 {
@@ -27,18 +27,18 @@ pub fn assemble<T: Real>(ss: [[T; 3]; 3], sb: [[T; 3]; 3], bs: [[T; 3]; 3], bb: 
 
 /// What the joints eliminated so far leave of a body's inverse mass, `[A, C; C^T, W]` for (dx, dphi).
 #[derive(Clone, Copy, Debug)]
-pub struct InverseMass<T> {
+pub(crate) struct InverseMass<T> {
     /// A [1/kg].
-    pub translation: Sym3<T>,
+    pub(crate) translation: Sym3<T>,
     /// C, row by row.
-    pub mixed: [[T; 3]; 3],
+    pub(crate) mixed: [[T; 3]; 3],
     /// W.
-    pub rotation: Sym3<T>,
+    pub(crate) rotation: Sym3<T>,
 }
 
 /// A body as the joints see it that have not been eliminated yet.
 #[derive(Clone, Copy, Debug)]
-pub struct Left<T> {
+pub(crate) struct Left<T> {
     /// What is left of its inverse mass.
     pub inverse_mass: InverseMass<T>,
     /// How the eliminated joints would move it: (dx, dphi).
@@ -57,13 +57,13 @@ struct Share<T> {
 impl<T: Real> InverseMass<T> {
     /// That of a body on its own.
     #[inline(always)]
-    pub fn free(inverse_mass: T, inverse_inertia: Sym3<T>) -> Self {
+    pub(crate) fn free(inverse_mass: T, inverse_inertia: Sym3<T>) -> Self {
         Self { translation: Sym3::identity(inverse_mass), mixed: [[T::zero(); 3]; 3], rotation: inverse_inertia }
     }
 
     /// `H impulse`.
     #[inline(always)]
-    pub fn apply(&self, impulse: Spatial<T>) -> Spatial<T> {
+    pub(crate) fn apply(&self, impulse: Spatial<T>) -> Spatial<T> {
         let (f, torque) = (impulse.linear, impulse.angular);
         let [a, b, c] = self.mixed;
         let [x, y, z] = f.0;
@@ -103,19 +103,19 @@ fn crossed_by<T: Real>(r: Vec3<T>, w: Sym3<T>) -> [[T; 3]; 3] {
 
 /// `J (dx, dphi)` at a connector with the arm r: see `Share`.
 #[inline(always)]
-pub fn at_connector<T: Real>(r: Vec3<T>, correction: Spatial<T>) -> Spatial<T> {
+pub(crate) fn at_connector<T: Real>(r: Vec3<T>, correction: Spatial<T>) -> Spatial<T> {
     Spatial { linear: correction.linear + correction.angular.cross(r), angular: -correction.angular }
 }
 
 /// `J^T (force, torque)` at a connector with the arm r: see `Share`.
 #[inline(always)]
-pub fn on_body<T: Real>(r: Vec3<T>, x: Spatial<T>) -> Spatial<T> {
+pub(crate) fn on_body<T: Real>(r: Vec3<T>, x: Spatial<T>) -> Spatial<T> {
     Spatial { linear: x.linear, angular: r.cross(x.linear) - x.angular }
 }
 
 /// What a node needs of the system, in world rows; all of the joint's signs are turned so that the inner body's is +.
 #[derive(Clone, Copy, Debug)]
-pub struct NodeTerms<T> {
+pub(crate) struct NodeTerms<T> {
     /// alpha~ of stretch-shear and of bend-twist.
     pub compliance: [Sym3<T>; 2],
     /// Right-hand side.
@@ -126,7 +126,7 @@ pub struct NodeTerms<T> {
 
 /// A joint's share of the factor: `D = L Delta L^T`, and the right-hand side less what the joints beyond it take.
 #[derive(Clone, Copy, Debug)]
-pub struct NodeFactor<T> {
+pub(crate) struct NodeFactor<T> {
     /// L below its unit diagonal, row by row.
     lower: [T; 15],
     /// Reciprocals of the pivots Delta.
@@ -142,7 +142,7 @@ const fn below(row: usize, column: usize) -> usize {
 
 impl<T: Real> NodeFactor<T> {
     /// Zero, to be overwritten.
-    pub fn zero() -> Self {
+    pub(crate) fn zero() -> Self {
         Self { lower: [T::zero(); 15], inverse_pivots: [T::zero(); 6], rhs: [T::zero(); 6] }
     }
 
@@ -181,7 +181,12 @@ impl<T: Real> NodeFactor<T> {
     /// With `V = L^-1 J H` and `y = L^-1 r`: `H -= V^T Delta^-1 V`, `correction += V^T Delta^-1 y`. If the inner body is
     /// `FRESH`, H is block diagonal and V has a triangle of zeros.
     #[inline(always)]
-    pub fn eliminate<const FRESH: bool>(&mut self, terms: &NodeTerms<T>, carried: &mut Left<T>, inner: &Left<T>) {
+    pub(crate) fn eliminate<const FRESH: bool>(
+        &mut self,
+        terms: &NodeTerms<T>,
+        carried: &mut Left<T>,
+        inner: &Left<T>,
+    ) {
         let InverseMass { translation, mixed, rotation } = inner.inverse_mass;
         let r = terms.arms[1];
         let near = if FRESH { inner.inverse_mass.share_of_free(r) } else { inner.inverse_mass.share(r) };
@@ -228,7 +233,7 @@ impl<T: Real> NodeFactor<T> {
 
     /// `x = D^-1 (r - J H impulse)`, given `change = J H impulse`.
     #[inline(always)]
-    pub fn solve(&self, change: Spatial<T>) -> Spatial<T> {
+    pub(crate) fn solve(&self, change: Spatial<T>) -> Spatial<T> {
         let change = change.to_array();
         let mut x = self.rhs;
         for k in 0..6 {
@@ -263,7 +268,7 @@ impl<T: Real> InverseMass<T> {
 
     /// Two side by side.
     #[inline(always)]
-    pub fn both(a: &Self, b: &Self) -> InverseMass<Both<T>> {
+    pub(crate) fn both(a: &Self, b: &Self) -> InverseMass<Both<T>> {
         let mut mixed = [[Both([T::zero(); 2]); 3]; 3];
         for k in 0..3 {
             mixed[k] = Both::zip(a.mixed[k], b.mixed[k]);
@@ -279,7 +284,7 @@ impl<T: Real> InverseMass<T> {
 impl<T: Real> Left<T> {
     /// Two side by side.
     #[inline(always)]
-    pub fn both(a: &Self, b: &Self) -> Left<Both<T>> {
+    pub(crate) fn both(a: &Self, b: &Self) -> Left<Both<T>> {
         Left {
             inverse_mass: InverseMass::both(&a.inverse_mass, &b.inverse_mass),
             correction: Spatial::both(a.correction, b.correction),
@@ -290,7 +295,7 @@ impl<T: Real> Left<T> {
 impl<T: Real> Left<Both<T>> {
     /// One of the two.
     #[inline(always)]
-    pub fn one(&self, k: usize) -> Left<T> {
+    pub(crate) fn one(&self, k: usize) -> Left<T> {
         let [a, b, c] = self.inverse_mass.mixed;
         Left {
             inverse_mass: InverseMass {

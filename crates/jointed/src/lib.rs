@@ -5,11 +5,11 @@
 //! - [`linear`]: its solvers: block elimination along chains and trees, a sparse factor for graphs with loops, conjugate
 //!   gradients with preconditioners; and the compliance of what they factor, which contacts need.
 //! - [`tangent`]: Newton's matrix in full, bodies and joints eliminated together.
-//! - [`mod@block`], [`mod@transfer`]: 6 x 6 kernels of both.
+//! - `block`, [`mod@transfer`]: 6 x 6 kernels of both.
 //!
 //! It knows matrices and connectivity only: no state, no step, no contact. It is internal: programs use `cosserat`.
 
-pub mod block;
+mod block;
 pub mod linear;
 pub mod members;
 pub mod system;

@@ -62,7 +62,7 @@ pub struct JointTerms<T> {
 impl<T: Real> JointTerms<T> {
     /// Two side by side.
     #[inline(always)]
-    pub fn both(a: &Self, b: &Self) -> JointTerms<Both<T>> {
+    pub(crate) fn both(a: &Self, b: &Self) -> JointTerms<Both<T>> {
         let numbers = |x: &Self| [x.length, x.shear, x.stretch_extra, x.bend, x.twist_extra, x.s];
         let [length, shear, stretch_extra, bend, twist_extra, s] = Both::zip(numbers(a), numbers(b));
         JointTerms {
@@ -80,7 +80,7 @@ impl<T: Real> JointTerms<T> {
 
     /// alpha~ of stretch-shear in world axes, for body a's axis and a joint that yields alike along d1 and d2.
     #[inline(always)]
-    pub fn stretch_compliance(&self, axis_a: Vec3<T>) -> Sym3<T> {
+    pub(crate) fn stretch_compliance(&self, axis_a: Vec3<T>) -> Sym3<T> {
         Sym3::identity(self.shear) + Sym3::outer(axis_a, self.stretch_extra)
     }
 
@@ -88,7 +88,7 @@ impl<T: Real> JointTerms<T> {
     /// `G^-1 alpha~ G^-T = l^2 N (alpha~_b I + (alpha~_t - alpha~_b) d d^T) N^T`
     /// with `N = s I + [t]x + t t^T / s`, for which `N N^T = I + t t^T / s^2`.
     #[inline(always)]
-    pub fn bend_compliance(&self, axis_a: Vec3<T>) -> Sym3<T> {
+    pub(crate) fn bend_compliance(&self, axis_a: Vec3<T>) -> Sym3<T> {
         let l2 = self.length * self.length;
         let inv_s = T::splat(1.0) / self.s;
         let bend = self.bend * l2;
@@ -99,7 +99,7 @@ impl<T: Real> JointTerms<T> {
     /// What a bending compliance about d2 of the rows' frame, which is larger by `extra`, adds to that in world rows:
     /// `extra l^2 N d2 (N d2)^T`.
     #[inline(always)]
-    pub fn second_bending(&self, frame: Quat<T>, extra: T) -> Sym3<T> {
+    pub(crate) fn second_bending(&self, frame: Quat<T>, extra: T) -> Sym3<T> {
         Sym3::outer(self.n(frame.second_axis(), T::splat(1.0) / self.s), extra * self.length * self.length)
     }
 
@@ -192,7 +192,7 @@ impl<T: Real> System<T> {
 
     /// Whether joints have anything beyond those of round rods that are joined on their axes and measured from each other.
     #[inline(always)]
-    pub fn has_beyond(&self) -> bool {
+    pub(crate) fn has_beyond(&self) -> bool {
         self.across.len() | self.bend_extra.len() | self.shear_extra.len() | self.frames.len() != 0
     }
 
@@ -273,7 +273,7 @@ impl<T: Real> System<T> {
 
     /// What a correction (dx, dphi) of one of its bodies adds to `J dp` of joint `j`, in world rows.
     #[inline(always)]
-    pub fn constraint_change_by(&self, j: usize, body: usize, dp: Spatial<T>) -> Spatial<T> {
+    pub(crate) fn constraint_change_by(&self, j: usize, body: usize, dp: Spatial<T>) -> Spatial<T> {
         if self.topology.joints[j][0] as usize == body {
             Spatial { linear: self.connector_change(j, 0, dp), angular: -dp.angular }
         } else {

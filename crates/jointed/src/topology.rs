@@ -7,7 +7,7 @@
 
 /// What a joint that has been eliminated leaves of the body at its inner end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Leaves {
+pub(crate) enum Leaves {
     /// It is the outer body of the next node.
     Carried,
     /// It waits for the next joint of that body to be eliminated.
@@ -20,17 +20,17 @@ pub enum Leaves {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Node {
     /// The joint.
-    pub joint: u32,
+    pub(crate) joint: u32,
     /// The body towards the leaves. All its other joints come earlier.
-    pub outer: u32,
+    pub(crate) outer: u32,
     /// The body towards the root.
-    pub inner: u32,
+    pub(crate) inner: u32,
     /// Whether the outer body has other joints; the node before this one has left it.
-    pub follows: bool,
+    pub(crate) follows: bool,
     /// Whether joints of the inner body were eliminated before: what they left is the last that waits.
-    pub resumes: bool,
+    pub(crate) resumes: bool,
     /// What becomes of the inner body.
-    pub leaves: Leaves,
+    pub(crate) leaves: Leaves,
 }
 
 /// Connectivity of one connected set of bodies.

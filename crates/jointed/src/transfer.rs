@@ -17,27 +17,27 @@ pub type Row = Lanes<8>;
 pub struct Rows(pub [Row; 6]);
 
 /// A 6 x 6 matrix column by column.
-pub type Columns = [Spatial<f64>; 6];
+pub(crate) type Columns = [Spatial<f64>; 6];
 
 /// A joint between a body and the one before it in the tree, as the elimination sees it: arms of the two connectors in world
 /// axes \[m\], and alpha~ of stretch-shear and of bend-twist in world rows.
 #[derive(Clone, Copy, Debug)]
-pub struct Link {
+pub(crate) struct Link {
     /// Arm of the connector on the body beyond.
-    pub outer: Vec3<f64>,
+    pub(crate) outer: Vec3<f64>,
     /// Arm of the connector on the body before.
-    pub inner: Vec3<f64>,
+    pub(crate) inner: Vec3<f64>,
     /// Of stretch-shear and of bend-twist.
     pub compliance: [Sym3<f64>; 2],
 }
 
 /// How a body follows the one before it: `dp = T dp_before + S f`, with f the force on the body and what lies beyond it.
 #[derive(Clone, Copy, Debug)]
-pub struct Transfer {
+pub(crate) struct Transfer {
     /// The transpose of T.
-    pub transposed: Rows,
+    pub(crate) transposed: Rows,
     /// S: the answer where the body before is held.
-    pub held: Rows,
+    pub(crate) held: Rows,
 }
 
 /// `L Delta L^T` of a symmetric 6 x 6 matrix.
@@ -52,13 +52,13 @@ type Lower = [[f64; 6]; 6];
 impl Rows {
     /// Zero.
     #[inline(always)]
-    pub fn zero() -> Self {
+    pub(crate) fn zero() -> Self {
         Self([Row::zero(); 6])
     }
 
     /// The inverse mass matrix of a body on its own.
     #[inline(always)]
-    pub fn free(inverse_mass: f64, inverse_inertia: Sym3<f64>) -> Self {
+    pub(crate) fn free(inverse_mass: f64, inverse_inertia: Sym3<f64>) -> Self {
         let mut out = Self::zero();
         let turn = inverse_inertia.full();
         for r in 0..3 {
@@ -100,7 +100,7 @@ impl Rows {
 
     /// `M X`, for eight spatial vectors X.
     #[inline(always)]
-    pub fn times(&self, x: &Self) -> Self {
+    pub(crate) fn times(&self, x: &Self) -> Self {
         let mut out = Self::zero();
         for r in 0..6 {
             let m = &self.0[r].0;
@@ -115,7 +115,7 @@ impl Rows {
 
     /// `M^T X`, for eight spatial vectors X.
     #[inline(always)]
-    pub fn transposed_times(&self, x: &Self) -> Self {
+    pub(crate) fn transposed_times(&self, x: &Self) -> Self {
         let mut out = Self::zero();
         for r in 0..6 {
             let mut sum = x.0[0] * Row::splat(self.0[0].0[r]);
@@ -141,7 +141,7 @@ impl Rows {
 
     /// `A M A^T + S` for `transposed = A^T`.
     #[inline(always)]
-    pub fn carried(&self, transfer: &Transfer) -> Self {
+    pub(crate) fn carried(&self, transfer: &Transfer) -> Self {
         let mut out = transfer.transposed.transposed_times(&self.times(&transfer.transposed));
         for r in 0..6 {
             out.0[r] += transfer.held.0[r];
@@ -219,7 +219,7 @@ fn add_compliance(lower: &mut Lower, compliance: &[Sym3<f64>; 2]) {
 ///
 /// `outer` is Ho; `None` where the body beyond is fixed. Returns what of E its [`transfer`] takes.
 #[inline(always)]
-pub fn eliminate(outer: Option<&Rows>, inner: &mut Rows, link: &Link) -> Option<Joint> {
+pub(crate) fn eliminate(outer: Option<&Rows>, inner: &mut Rows, link: &Link) -> Option<Joint> {
     let beyond = outer.map(|outer| outer.connected(link.outer));
     let mut e = beyond.map_or([[0.0; 6]; 6], |beyond| beyond.lower_of_connected(link.outer));
     add_compliance(&mut e, &link.compliance);
@@ -243,7 +243,7 @@ pub struct Joint {
 
 /// How the body beyond follows: `X = E^-1 Co Ho`, `T = X^T Ci`, `S = Ho - (Co Ho)^T X`.
 #[inline(always)]
-pub fn transfer(joint: &Joint, outer: &Rows, link: &Link) -> Transfer {
+pub(crate) fn transfer(joint: &Joint, outer: &Rows, link: &Link) -> Transfer {
     let x = Factor::new(joint.e).solve(&joint.beyond);
     let mut held = *outer;
     held.take(&joint.beyond, &x);

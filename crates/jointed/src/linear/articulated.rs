@@ -98,7 +98,7 @@ pub struct Articulated {
 impl Articulated {
     /// Memory for systems of this connectivity, whose bodies answer `with_joints` or each for itself; `None` where bodies that
     /// move form a loop.
-    pub fn new(topology: &Arc<Topology>, with_joints: bool) -> Option<Self> {
+    pub(crate) fn new(topology: &Arc<Topology>, with_joints: bool) -> Option<Self> {
         let mut own = Self::empty(topology);
         if with_joints {
             own.order_tree(|_| true)?;
@@ -208,7 +208,12 @@ impl Articulated {
 
     /// The work that unit forces of the `sides` do on each other's answers: for each pair, `block(s, t, b)` gets
     /// `b[r][c] = f_s,r . P f_t,c`, s at the place of t or after it. Pairs that nothing joins are left out.
-    pub fn couple(&mut self, system: &System<f64>, sides: &[Side], mut block: impl FnMut(usize, usize, [[f64; 3]; 3])) {
+    pub(crate) fn couple(
+        &mut self,
+        system: &System<f64>,
+        sides: &[Side],
+        mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
+    ) {
         self.mark(sides);
         vectorized(
             #[inline(always)]

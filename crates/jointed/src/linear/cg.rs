@@ -41,7 +41,7 @@ impl Default for CgParams {
 }
 
 /// Preconditioned conjugate gradients. A solve does not allocate.
-pub struct Cg {
+pub(crate) struct Cg {
     params: CgParams,
     preconditioner: Preconditioner,
     work: Work,
@@ -64,7 +64,7 @@ struct Work {
 impl Cg {
     /// Memory for systems of this connectivity. `frozen` holds the rest shape where the preconditioner needs it; without
     /// it, the 6x6 blocks take its place.
-    pub fn new(params: CgParams, topology: &Topology, frozen: Option<Frozen>) -> Self {
+    pub(crate) fn new(params: CgParams, topology: &Topology, frozen: Option<Frozen>) -> Self {
         let joints = topology.joints.len();
         let preconditioner = Preconditioner::new(params.preconditioner, topology, frozen);
         let zero = || vec![Spatial::zero(); joints];

@@ -23,7 +23,7 @@ use kernels::lane::{Both, Real};
 
 /// Factor of a system whose graph is a tree, and the memory to solve with it.
 #[derive(Clone, Debug)]
-pub struct TreeFactor<T> {
+pub(crate) struct TreeFactor<T> {
     /// In the order of elimination, the halves of a folded chain left out.
     nodes: Vec<NodeFactor<T>>,
     /// The two halves of a folded chain.
@@ -45,7 +45,7 @@ fn fresh<T: Real>(system: &System<T>, body: u32) -> Left<T> {
 
 impl<T: Real> TreeFactor<T> {
     /// Memory for systems of this connectivity, which must have no loop.
-    pub fn new(topology: &Topology) -> Self {
+    pub(crate) fn new(topology: &Topology) -> Self {
         let nodes = topology.elimination.as_deref().map_or(0, <[Node]>::len);
         let fold = Self::fold(topology);
         Self {
@@ -65,7 +65,7 @@ impl<T: Real> TreeFactor<T> {
 
     /// Solves `A dlambda = b`.
     #[inline(always)]
-    pub fn solve(&mut self, system: &System<T>, dlambda: &mut [Spatial<T>]) {
+    pub(crate) fn solve(&mut self, system: &System<T>, dlambda: &mut [Spatial<T>]) {
         match system.has_beyond() {
             true => self.solve_joints::<true>(system, dlambda),
             false => self.solve_joints::<false>(system, dlambda),

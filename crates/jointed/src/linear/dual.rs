@@ -33,7 +33,7 @@ fn lever<T: Real>(system: &System<T>, joint: u32, end: usize) -> ([[T; 3]; 3], S
 /// With the arms r of each body: stretch-stretch `sum (1/m) I + [r]x W [r]x^T + alpha~_s`, stretch-bend `sum [r]x W`,
 /// bend-bend `sum W + alpha~_b`.
 #[inline(always)]
-pub fn joint_diagonal<T: Real>(system: &System<T>, joint: u32) -> Block<T> {
+pub(crate) fn joint_diagonal<T: Real>(system: &System<T>, joint: u32) -> Block<T> {
     let [a, b] = system.topology.joints[joint as usize].map(|body| &system.bodies[body as usize]);
     let ((pa, sa), (pb, sb)) = (lever(system, joint, 0), lever(system, joint, 1));
     let stretch = Sym3::identity(a.inverse_mass + b.inverse_mass) + sa + sb + system.stretch_compliance(joint as usize);
@@ -47,7 +47,7 @@ pub fn joint_diagonal<T: Real>(system: &System<T>, joint: u32) -> Block<T> {
 /// `sigma sigma' [ (1/m) I + z z' S, z P; z' P^T, W ]`, or with arms r and r' off the axis
 /// `sigma sigma' [ (1/m) I + [r]x W [r']x^T, [r]x W; ([r']x W)^T, W ]`.
 #[inline(always)]
-pub fn joint_coupling<T: Real>(system: &System<T>, joint: u32, other: u32, via: u32) -> Block<T> {
+pub(crate) fn joint_coupling<T: Real>(system: &System<T>, joint: u32, other: u32, via: u32) -> Block<T> {
     let body = &system.bodies[via as usize];
     let ((sigma, z), (sigma_other, z_other)) = (end(system, joint, via), end(system, other, via));
     let sign = T::splat(sigma * sigma_other);

@@ -61,7 +61,7 @@ impl Looped {
     }
 
     /// Factors a system's matrix, in world rows, unless it is that of the last time.
-    pub fn factor(&mut self, system: &System<f64>) -> Result<(), SparseError> {
+    pub(crate) fn factor(&mut self, system: &System<f64>) -> Result<(), SparseError> {
         self.assemble(system);
         let Self { cholesky, diagonal, off_diagonal, factored, result, .. } = self;
         match result {
@@ -76,7 +76,11 @@ impl Looped {
 
     /// Solves with the factor made last: `rhs(joint)` in world rows, `take(joint, x)` gets the multipliers of these.
     #[inline(always)]
-    pub fn solve_factored(&mut self, rhs: impl Fn(usize) -> Spatial<f64>, mut take: impl FnMut(usize, Spatial<f64>)) {
+    pub(crate) fn solve_factored(
+        &mut self,
+        rhs: impl Fn(usize) -> Spatial<f64>,
+        mut take: impl FnMut(usize, Spatial<f64>),
+    ) {
         for (joint, own) in self.rhs.iter_mut().enumerate() {
             *own = rhs(joint).to_array();
         }
@@ -87,7 +91,7 @@ impl Looped {
     }
 
     /// The factor made last.
-    pub fn cholesky(&self) -> &SparseCholesky {
+    pub(crate) fn cholesky(&self) -> &SparseCholesky {
         &self.cholesky
     }
 

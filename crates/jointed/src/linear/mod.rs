@@ -4,7 +4,7 @@ pub mod articulated;
 pub mod cg;
 pub mod compliance;
 pub mod direct;
-pub mod dual;
+mod dual;
 mod info;
 pub mod looped;
 pub mod operator;

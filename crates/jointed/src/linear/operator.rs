@@ -143,7 +143,7 @@ impl Operator {
 
     /// D of a joint, the 6x6 block on the diagonal of A.
     #[inline(always)]
-    pub fn diagonal_block(&self, system: &System<f64>, joint: usize) -> Block<f64> {
+    pub(crate) fn diagonal_block(&self, system: &System<f64>, joint: usize) -> Block<f64> {
         let rows = &self.joints[joint];
         let [a, b] = system.topology.joints[joint].map(|body| body as usize);
         let mut block = joint_diagonal(system, joint as u32);

@@ -144,9 +144,9 @@ pub struct JointEquation<T = f64> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling<T> {
     /// kappa [kg m^2].
-    pub kappa: T,
+    pub(crate) kappa: T,
     /// h [kg m^2].
-    pub half_torque: Vec3<T>,
+    pub(crate) half_torque: Vec3<T>,
 }
 
 impl<T: Real> Coupling<T> {
@@ -158,20 +158,20 @@ impl<T: Real> Coupling<T> {
 
     /// The transpose.
     #[inline(always)]
-    pub fn transposed(self) -> Self {
+    pub(crate) fn transposed(self) -> Self {
         Self { kappa: self.kappa, half_torque: -self.half_torque }
     }
 
     /// All nine entries, row by row.
     #[inline(always)]
-    pub fn full(self) -> [[T; 3]; 3] {
+    pub(crate) fn full(self) -> [[T; 3]; 3] {
         let ([x, y, z], k) = (self.half_torque.0, -self.kappa);
         [[k, z, -y], [-z, k, x], [y, -x, k]]
     }
 
     /// Two side by side.
     #[inline(always)]
-    pub fn both(a: Self, b: Self) -> Coupling<Both<T>> {
+    pub(crate) fn both(a: Self, b: Self) -> Coupling<Both<T>> {
         Coupling { kappa: Both([a.kappa, b.kappa]), half_torque: Vec3::both(a.half_torque, b.half_torque) }
     }
 }

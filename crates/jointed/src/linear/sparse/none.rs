@@ -10,7 +10,7 @@ impl SparseCholesky {
     ///
     /// # Errors
     /// [`SparseError::Feature`].
-    pub fn new(_blocks: usize, _pairs: &[(u32, u32)]) -> Result<Self, SparseError> {
+    pub(crate) fn new(_blocks: usize, _pairs: &[(u32, u32)]) -> Result<Self, SparseError> {
         Err(SparseError::Feature)
     }
 
@@ -18,12 +18,12 @@ impl SparseCholesky {
     ///
     /// # Errors
     /// None: there is no factor.
-    pub fn factor(&mut self, _diag: &[[[f64; B]; B]], _off: &[[[f64; B]; B]]) -> Result<(), SparseError> {
+    pub(crate) fn factor(&mut self, _diag: &[[[f64; B]; B]], _off: &[[[f64; B]; B]]) -> Result<(), SparseError> {
         match *self {}
     }
 
     /// See the factor itself.
-    pub fn solve(&mut self, _rhs: &mut [[f64; B]]) {
+    pub(crate) fn solve(&mut self, _rhs: &mut [[f64; B]]) {
         match *self {}
     }
 }
@@ -34,17 +34,17 @@ pub struct Products;
 
 impl Products {
     /// See the products themselves.
-    pub fn new(cholesky: &SparseCholesky) -> Self {
+    pub(crate) fn new(cholesky: &SparseCholesky) -> Self {
         match *cholesky {}
     }
 
     /// See the products themselves.
-    pub fn find(&mut self, cholesky: &SparseCholesky, _groups: usize, _entries: &[Entries]) {
+    pub(crate) fn find(&mut self, cholesky: &SparseCholesky, _groups: usize, _entries: &[Entries]) {
         match *cholesky {}
     }
 
     /// See the products themselves.
-    pub fn block(&self, _group: usize, _other: usize) -> [[f64; C]; C] {
+    pub(crate) fn block(&self, _group: usize, _other: usize) -> [[f64; C]; C] {
         [[0.0; C]; C]
     }
 }

@@ -50,7 +50,7 @@ pub struct Products {
 
 impl Products {
     /// Memory for columns of a matrix with this factor.
-    pub fn new(cholesky: &SparseCholesky) -> Self {
+    pub(crate) fn new(cholesky: &SparseCholesky) -> Self {
         let SymbolicCholeskyRaw::Supernodal(symbolic) = cholesky.symbolic.raw() else { return Self::default() };
         let bounds = symbolic.supernode_begin().iter().zip(symbolic.supernode_end());
         let mut nodes: Vec<Node> =
@@ -67,7 +67,7 @@ impl Products {
 
     /// Finds the products of `groups` groups of columns, whose `entries` come group by group, ascending, with the factor made
     /// last; without one they are not numbers.
-    pub fn find(&mut self, cholesky: &SparseCholesky, groups: usize, entries: &[Entries]) {
+    pub(crate) fn find(&mut self, cholesky: &SparseCholesky, groups: usize, entries: &[Entries]) {
         self.values.clear();
         self.values.resize(start(groups, 0), 0.0);
         let SymbolicCholeskyRaw::Supernodal(symbolic) = cholesky.symbolic.raw() else { return };
@@ -87,7 +87,7 @@ impl Products {
     }
 
     /// The product of two groups: rows by the columns of `group`, of which `other` must be no later one.
-    pub fn block(&self, group: usize, other: usize) -> [[f64; C]; C] {
+    pub(crate) fn block(&self, group: usize, other: usize) -> [[f64; C]; C] {
         [0, 1, 2].map(|r| {
             let first = start(group, r) + C * other;
             [0, 1, 2].map(|c| self.values[first + c])
