@@ -140,7 +140,7 @@ impl StateVisitor<'_> {
 
     /// A number in each lane.
     #[inline]
-    pub fn real<T: Real>(&mut self, x: &mut T) {
+    pub(crate) fn real<T: Real>(&mut self, x: &mut T) {
         for lane in 0..T::LANES {
             let mut number = x.lane(lane);
             self.number(&mut number);
@@ -163,7 +163,7 @@ impl StateVisitor<'_> {
 
     /// A pose.
     #[inline]
-    pub fn pose<T: Real>(&mut self, pose: &mut BodyPose<T>) {
+    pub(crate) fn pose<T: Real>(&mut self, pose: &mut BodyPose<T>) {
         self.vector(&mut pose.x);
         self.vector(&mut pose.q.v);
         self.real(&mut pose.q.w);
