@@ -27,16 +27,16 @@ pub struct Shape {
     /// Whether it moves freely.
     pub free: bool,
     /// Ends that touch for themselves: where two segments meet end to end, one stands for both.
-    pub ends: [bool; 2],
+    pub(crate) ends: [bool; 2],
     /// The segment that stands for each end that does not touch for itself.
-    pub yields_to: [Option<u32>; 2],
+    pub(crate) yields_to: [Option<u32>; 2],
     /// The segment that shares each end and is as thick, if just one does.
-    pub beyond: [Option<u32>; 2],
+    pub(crate) beyond: [Option<u32>; 2],
 }
 
 impl Shape {
     /// A segment that moves freely and is joined to nothing: half its length and its radius [m].
-    pub fn new(component: u32, body: u32, half: f64, radius: f64) -> Self {
+    pub(crate) fn new(component: u32, body: u32, half: f64, radius: f64) -> Self {
         let (ends, yields_to, beyond) = ([true; 2], [None; 2], [None; 2]);
         Self { component, body, half, radius, free: true, ends, yields_to, beyond }
     }
