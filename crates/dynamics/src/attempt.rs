@@ -22,9 +22,9 @@ const CONVERGING: f64 = 0.9;
 #[derive(Clone, Copy, Debug)]
 pub struct Attempt<T> {
     /// Residuals at the end.
-    pub residuals: Residuals<T>,
+    pub(crate) residuals: Residuals<T>,
     /// How far the state may be from the solution: a way of surfaces (`component/measure.rs`), or without a momentum residual the worst one.
-    pub error: T,
+    pub(crate) error: T,
     /// The error to reach.
     pub target: T,
     /// The last correction; infinite before the first.

@@ -48,7 +48,7 @@ pub struct StepAdaptive {
 
 impl StepAdaptive {
     /// No history yet.
-    pub fn new(bodies: usize, joints: usize) -> Self {
+    pub(crate) fn new(bodies: usize, joints: usize) -> Self {
         let parabola = StepExtrapolation::new(2, bodies, joints);
         Self { parabola, means: [0.0; 2], counts: [0; 2], guesses: None, is_pressed: false, done: [0; 2] }
     }

@@ -16,7 +16,7 @@ pub struct Extrapolation {
 
 impl Extrapolation {
     /// An extrapolation of `order` 0 (the previous solution), 1 or 2, for a set of segments with this many joints.
-    pub fn new(order: usize, joints: usize) -> Self {
+    pub(crate) fn new(order: usize, joints: usize) -> Self {
         let order = order.min(2);
         Self { order, history: SolveHistory::new(joints, order + 1) }
     }

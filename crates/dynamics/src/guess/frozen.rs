@@ -13,7 +13,7 @@ pub struct FrozenGuess {
 
 impl FrozenGuess {
     /// A guess by this factor.
-    pub fn new(frozen: Frozen) -> Self {
+    pub(crate) fn new(frozen: Frozen) -> Self {
         Self { frozen }
     }
 }
