@@ -213,7 +213,7 @@ impl<T: Real> System<T> {
         Some((self.bodies[self.topology.joints[j][0] as usize].orientation.second_axis(), extra))
     }
 
-    /// [`JointTerms::stretch_compliance`] of a joint, with what it has along d2.
+    /// `JointTerms::stretch_compliance` of a joint, with what it has along d2.
     #[inline(always)]
     pub fn stretch_compliance(&self, j: usize) -> Sym3<T> {
         let alike = self.joints[j].stretch_compliance(self.bodies[self.topology.joints[j][0] as usize].axis);
@@ -231,7 +231,7 @@ impl<T: Real> System<T> {
         Vec3([terms.bend, second, terms.bend + terms.twist_extra])
     }
 
-    /// [`JointTerms::bend_compliance`] of a joint, with all that its section and its rest frames add.
+    /// `JointTerms::bend_compliance` of a joint, with all that its section and its rest frames add.
     #[inline(always)]
     pub fn bend_compliance(&self, j: usize) -> Sym3<T> {
         let terms = &self.joints[j];

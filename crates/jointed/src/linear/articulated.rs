@@ -224,7 +224,7 @@ impl Articulated {
         );
     }
 
-    /// [`Self::couple`] where `answers` says how bodies answer, instead of a system: of each body, how it follows the one before it,
+    /// `Self::couple` where `answers` says how bodies answer, instead of a system: of each body, how it follows the one before it,
     /// if there is one, and its answer where that is held, column by column.
     pub fn couple_following(
         &mut self,
