@@ -9,13 +9,13 @@ use std::cmp::Reverse;
 
 use component::Members;
 use kernels::math::Vec3;
-use rayon::prelude::*;
+use kernels::parallel;
 use rod::{Body, Joint, Model};
 
 use super::geometry::Contact;
+use super::grain;
 use super::key::{Feature, Key, Partner};
 use super::shape::Shape;
-use super::shares_contacts;
 
 /// Difference of gaps that is none \[radii\].
 const SAME: f64 = 1e-6;
@@ -74,42 +74,42 @@ type Across = Option<(u32, u8)>;
 /// Those across the two ends of a segment; `None` where it has not been looked for.
 type Known = [Option<Across>; 2];
 
-/// Memory for which contacts others hold: at the first and at the second segment, and in the end.
+/// What is known at one segment of a contact: the contacts across its ends, and which one holds.
+#[derive(Clone, Copy, Default)]
+struct Beside {
+    across: Known,
+    holder: Holder,
+}
+
+/// Memory for which contacts others hold.
 #[derive(Default)]
 pub struct Holders {
-    /// Of each contact, across the ends of its first and of its second segment.
-    across: Vec<[Known; 2]>,
-    sides: Vec<[Holder; 2]>,
+    /// Of each contact, at its first and at its second segment.
+    sides: Vec<[Beside; 2]>,
     found: Vec<Holder>,
 }
 
 impl Holders {
     /// Forgets what it knows of contacts, as there are others.
     pub fn forget(&mut self) {
-        self.across.clear();
+        self.sides.clear();
     }
 }
 
 /// Marks contacts, in the order of their keys and evaluated, that others hold. Those leave what they press with from the step
 /// before to the others.
 pub fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Holders) {
-    let Holders { across, sides, found } = memory;
-    across.resize(contacts.len(), [[None; 2]; 2]);
-    let of = |(index, (contact, across)): (usize, (&Contact, &mut [Known; 2]))| {
-        let Contact { key: (_, partner, feature), gap, target, radius, .. } = *contact;
+    let Holders { sides, found } = memory;
+    sides.resize(contacts.len(), Default::default());
+    parallel::each(sides, grain(contacts.len()), |index, sides| {
+        let Contact { key: (_, partner, feature), gap, target, radius, .. } = contacts[index];
         let is_near = gap < target + radius;
         // Edges of meshes have rules of their own.
-        if !is_near || partner.whole() != partner || feature != Feature::Nearest {
-            return [None; 2];
+        let may_be_held = is_near && partner.whole() == partner && feature == Feature::Nearest;
+        for (side, Beside { across, holder }) in sides.iter_mut().enumerate() {
+            *holder = if may_be_held { find_holder(shapes, contacts, (index, side), across) } else { None };
         }
-        [0, 1].map(|side| holder(shapes, contacts, (index, side), &mut across[side]))
-    };
-    if shares_contacts(contacts.len()) {
-        contacts.par_iter().zip(across).enumerate().with_min_len(64).map(of).collect_into_vec(sides);
-    } else {
-        sides.clear();
-        sides.extend(contacts.iter().zip(across).enumerate().map(of));
-    }
+    });
     found.clear();
     found.resize(contacts.len(), None);
     for (index, sides) in sides.iter().enumerate() {
@@ -121,7 +121,7 @@ pub fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Holders) 
             }
             (place != index).then_some((place, swaps))
         };
-        let Some((place, swaps)) = sides.iter().copied().find_map(last) else { continue };
+        let Some((place, swaps)) = sides.iter().find_map(|beside| last(beside.holder)) else { continue };
         contacts[index].is_duplicate = true;
         found[index] = Some((place, swaps));
         let contact = contacts[index];
@@ -138,7 +138,7 @@ pub fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Holders) 
 
 /// The place of a contact that holds what another one does at the end of its first or second segment, if one does, and whether it
 /// sees the two bodies the other way round. `known` are the contacts across that segment's ends.
-fn holder(
+fn find_holder(
     shapes: &[Shape],
     contacts: &[Contact],
     (index, side): (usize, usize),

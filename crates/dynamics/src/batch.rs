@@ -8,8 +8,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use component::snapshot::Snapshot;
+use kernels::parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use rod::{Body, Change, Changing, Driven, JointForce, Model, Motion, State};
 
 use crate::counters::Counters;
@@ -116,14 +116,12 @@ impl Batch {
     /// # Errors
     /// If `dt` is not finite and positive.
     pub fn step(&mut self, dt: f64) -> Result<StepReport, SimulationError> {
-        let step = |world: &mut World| {
+        let step = |_, world: &mut World| {
             world.looked_at = [false; 3];
             world.simulation.step(dt).map(|report| report.status)
         };
-        let status = match self.worlds.as_mut_slice() {
-            [world] => step(world),
-            worlds => worlds.par_iter_mut().map(step).try_reduce(|| Status::Converged, |one, other| Ok(one.max(other))),
-        };
+        let worst = |one: Result<Status, _>, other| Ok(one?.max(other?));
+        let status = parallel::reduce(&mut self.worlds, Some(1), step, worst).unwrap_or(Ok(Status::Converged));
         status.map(|status| StepReport { status })
     }
 

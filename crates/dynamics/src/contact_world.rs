@@ -14,6 +14,7 @@ use island::{Island, IslandWorkspace, begin_set, each};
 use jointed::linear::solvers::{SolverError, SolverKind};
 use kernels::Spatial;
 use kernels::math::Sym3;
+use kernels::parallel;
 use nalgebra::Vector3;
 use rod::ContactForce;
 use rod::{Body, Carried, Model};
@@ -279,7 +280,7 @@ impl ContactWorld {
 
     /// Whether sets are worked on side by side on several threads.
     pub(crate) fn is_parallel(&self) -> bool {
-        self.sets.len() > 1 && self.segments >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
+        self.sets.len() > 1 && self.segments >= PARALLEL_SEGMENTS && parallel::threads() > 1
     }
 }
 
@@ -320,7 +321,7 @@ impl Common<'_> {
         let mut one = || self.work(first, sets, stages, workspaces);
         let mut other = || self.work(first + half, other_sets, other_stages, other_rooms);
         if self.is_parallel {
-            rayon::join(one, other);
+            parallel::join(one, other);
         } else {
             one();
             other();

@@ -6,7 +6,8 @@ pub(crate) const PARALLEL_SEGMENTS: usize = 256;
 /// and take a tenth of a millisecond to wake.
 const PARALLEL_PIECE: usize = 4096;
 
-/// Whether threads share a piece of an outer iteration of so many sets with so many segments in all.
-pub(crate) fn shares_piece(sets: usize, segments: usize) -> bool {
-    sets > 1 && segments >= PARALLEL_PIECE && rayon::current_num_threads() > 1
+/// The grain with which threads share a piece of an outer iteration over sets with so many segments in all, if they do
+/// ([`kernels::parallel::each`]).
+pub(crate) fn grain(segments: usize) -> Option<usize> {
+    (segments >= PARALLEL_PIECE).then_some(1)
 }

@@ -10,8 +10,8 @@ use contact::exclusion::PairFilter;
 use contact::overlap::refuse_overlaps;
 use jointed::linear::solvers::SolverKind;
 use jointed::topology::Topology;
+use kernels::parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use rod::Integrator;
 use rod::{Body, Carried, Changing, JointForce, Model, ModelError, State};
 use thiserror::Error;
@@ -308,12 +308,9 @@ impl Simulation {
         }
         let params = self.params;
         let interval = Interval { time: self.time, dt };
-        let advance = |piece: &mut Piece| piece.advance(interval, &params);
-        let status = if self.shares_pieces() {
-            self.pieces.par_iter_mut().map(advance).max()
-        } else {
-            self.pieces.iter_mut().map(advance).max()
-        };
+        let grain = self.shares_pieces().then_some(1);
+        let status =
+            parallel::reduce(&mut self.pieces, grain, |_, piece| piece.advance(interval, &params), Status::max);
         let (before, step) = (self.time, dt - self.time_lost);
         self.time += step;
         self.time_lost = (self.time - before) - step;
@@ -322,14 +319,14 @@ impl Simulation {
 
     /// Whether pieces are stepped side by side on several threads.
     fn shares_pieces(&self) -> bool {
-        self.pieces.len() > 1 && self.held.len() >= PARALLEL_SEGMENTS && rayon::current_num_threads() > 1
+        self.pieces.len() > 1 && self.held.len() >= PARALLEL_SEGMENTS && parallel::threads() > 1
     }
 
     /// Threads that share a step: those of rayon's current pool where there is more than one piece to step and enough of
     /// it, else 1.
     pub fn threads(&self) -> usize {
         let shares_sets = |piece: &Piece| matches!(piece, Piece::ContactWorld(sets) if sets.is_parallel());
-        if self.shares_pieces() || self.pieces.iter().any(shares_sets) { rayon::current_num_threads() } else { 1 }
+        if self.shares_pieces() || self.pieces.iter().any(shares_sets) { parallel::threads() } else { 1 }
     }
 
     /// Number of connected sets that move in the lanes of vector registers.

@@ -5,7 +5,7 @@ use std::sync::RwLock;
 use std::sync::atomic::AtomicBool;
 
 use kernels::dispatch::vectorized;
-use rayon::prelude::*;
+use kernels::parallel;
 
 use super::anderson::{Anderson, Share};
 use super::buckets;
@@ -128,14 +128,9 @@ impl GaussSeidel {
         let Self { pairs, pair_cuts, shares, .. } = self;
         let partition = &problem.partition;
         let shares = &mut shares[..partition.nodes()];
-        let find = |(node, share): (usize, &mut NodeShare)| {
-            redundant_pairs::find(problem, partition.own(node), &mut share.pairs)
-        };
-        if shares.len() > 1 && rayon::current_num_threads() > 1 {
-            shares.par_iter_mut().enumerate().for_each(find);
-        } else {
-            shares.iter_mut().enumerate().for_each(find);
-        }
+        parallel::each(shares, Some(1), |node, share| {
+            redundant_pairs::find(problem, partition.own(node), &mut share.pairs);
+        });
         let node = |pair: &RedundantPair| {
             let [a, b] = pair.pair().map(|contact| partition.leaves_of(contact));
             partition.node(partition::join(a, b))
@@ -164,7 +159,7 @@ impl GaussSeidel {
             anderson,
         };
         let most = usize::from(partition.on_level(0));
-        let helpers = if nodes > 1 { rayon::current_num_threads().min(most) - 1 } else { 0 };
+        let helpers = if nodes > 1 { parallel::threads().min(most) - 1 } else { 0 };
         let mut end = End::Done;
         let Self { sweeps, mark, rounds_since, .. } = self;
         team::lead(helpers, &|kind, piece| field.work(kind, piece), &mut |team| {

@@ -9,6 +9,8 @@ pub mod pieces;
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
+use kernels::parallel;
+
 /// Spins of a thread that waits before it lets others have the processor.
 const SPINS: usize = 2000;
 
@@ -146,7 +148,7 @@ fn with_helpers(helpers: usize, board: &Board, work: &(dyn Fn(u8, usize) + Sync)
     match helpers {
         0 => lead(),
         _ => {
-            rayon::join(|| with_helpers(helpers - 1, board, work, lead), || help(board, work));
+            parallel::join(|| with_helpers(helpers - 1, board, work, lead), || help(board, work));
         }
     }
 }

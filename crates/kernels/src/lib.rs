@@ -5,6 +5,7 @@
 //! - [`math`]: vectors, symmetric 3 x 3 matrices, quaternions. [`Spatial`]: a linear and an angular vector.
 //! - [`dual`]: forward-mode automatic differentiation.
 //! - [`dispatch`]: a kernel compiled for several instruction sets.
+//! - [`parallel`]: threads that share work.
 //! - [`mod@flat`]: lanes in memory as plain numbers; the only unsafe code.
 //!
 //! It knows nothing of rods, joints or steps. It is internal: programs use `cosserat`.
@@ -14,6 +15,7 @@ pub mod dual;
 pub mod flat;
 pub mod lane;
 pub mod math;
+pub mod parallel;
 mod spatial;
 
 pub use spatial::Spatial;

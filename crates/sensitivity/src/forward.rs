@@ -10,8 +10,8 @@ use jointed::topology::Topology;
 use kernels::Spatial;
 use kernels::dual::Dual;
 use kernels::lane::Real;
+use kernels::parallel;
 use nalgebra::{SVector, Vector3};
-use rayon::prelude::*;
 use rod::{Model, State};
 
 use super::check;
@@ -103,9 +103,9 @@ impl Forward {
     /// derivatives are not to be used any more then.
     pub fn step(&mut self, dt: f64) -> Result<StepReport, DerivativeError> {
         let (report, passed) = self.run.step(dt)?;
-        let steps = self.sets.par_iter_mut().zip(passed);
-        let done = steps.map(|(set, passed)| passed.iter().try_for_each(|passed| set.advance(passed)));
-        done.collect::<Option<()>>().ok_or(DerivativeError::Singular { step: self.run.steps })?;
+        let advance = |index: usize, set: &mut Set| passed[index].iter().try_for_each(|passed| set.advance(passed));
+        let done = parallel::reduce(&mut self.sets, Some(1), advance, Option::and).unwrap_or(Some(()));
+        done.ok_or(DerivativeError::Singular { step: self.run.steps })?;
         Ok(report)
     }
 

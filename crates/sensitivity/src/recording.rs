@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use component::snapshot::Snapshot;
 use dynamics::simulation::{Settings, Simulation, StepReport};
-use rayon::prelude::*;
+use kernels::parallel;
 use rod::{Model, State};
 
 use super::back::Back;
@@ -154,8 +154,8 @@ impl Recording {
                 self.is_kept = false;
                 self.repeat(stretch)?;
             }
-            let backs = self.backs.par_iter_mut().map(|back| back.back(&self.model, objective, wanted));
-            backs.collect::<Vec<_>>().into_iter().collect::<Result<(), DerivativeError>>()?;
+            let back = |_, back: &mut Back| back.back(&self.model, objective, wanted);
+            parallel::reduce(&mut self.backs, Some(1), back, Result::and).unwrap_or(Ok(()))?;
         }
         if let Some(end) = end {
             self.run.simulation.restore(&end)?;

@@ -4,7 +4,7 @@ use component::Members;
 use component::snapshot::Snapshot;
 use kernels::Spatial;
 use kernels::math::Sym3;
-use rayon::prelude::*;
+use kernels::parallel;
 
 use crate::attempt::{
     TangentChoice, begin, convergence_rate, count_solve, count_step, evaluate, finish, may_go_on, solve, update,
@@ -13,7 +13,7 @@ use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
 use crate::islands::{IslandContacts, Sets, Shared, TooManyContacts};
-use crate::limits::shares_piece;
+use crate::limits::grain;
 use crate::start::NoGuess;
 use crate::step::{Interval, Status, StepParams};
 use crate::step_control::{self, Steps};
@@ -285,11 +285,7 @@ impl Island<'_> {
 
 /// Works on all sets, side by side where there is enough to share: so many segments.
 pub(super) fn each(sets: &mut [Box<ConnectedSet>], segments: usize, work: impl Fn(&mut ConnectedSet) + Send + Sync) {
-    if shares_piece(sets.len(), segments) {
-        sets.par_iter_mut().for_each(|set| work(set));
-    } else {
-        sets.iter_mut().for_each(|set| work(set));
-    }
+    parallel::each(sets, grain(segments), |_, set| work(set));
 }
 
 /// Prediction, guess for the step's start, first evaluation of a set.

@@ -4,8 +4,8 @@ use std::sync::atomic::AtomicBool;
 
 use component::BodyPose;
 use contact::geometry::Contact;
+use contact::grain;
 use contact::shape::Shape;
-use contact::shares_contacts;
 use friction::buckets;
 use friction::delassus::{Chunk, Part};
 use friction::partition::{self, Leaves, Pushed};
@@ -16,7 +16,7 @@ use jointed::linear::compliance::Compliance;
 use jointed::transfer::{Row, Rows};
 use kernels::lane::Real;
 use kernels::math::Vec3;
-use rayon::prelude::*;
+use kernels::parallel;
 
 use super::TooManyContacts;
 use super::sets::Sets;
@@ -98,9 +98,10 @@ impl Assembly {
         taken.resize_with(taken.len().max(first_groups.len()), AtomicBool::default);
         let (values, cuts) = problem.operator.values();
         let parts = Pieces::new(values, cuts, taken);
-        let is_shared = shares_contacts(active.len());
-        each(components.all(), is_shared, |seat, set| {
-            let (number, ConnectedSet { component, projector, exact, touch: Some(touch), .. }) = (number_of[seat], set)
+        let grain = grain(active.len()).map(|_| 1);
+        parallel::each(components.all(), grain, |seat, set| {
+            let (number, ConnectedSet { component, projector, exact, touch: Some(touch), .. }) =
+                (number_of[seat], &mut **set)
             else {
                 return;
             };
@@ -298,15 +299,6 @@ impl Blocks for Chain<'_> {
         if let [from, to, ..] = *self.groups {
             (self.part, self.rest) = Part::new(to - from, true, std::mem::take(&mut self.rest));
         }
-    }
-}
-
-/// Works on all sets with their seats, side by side if that is worth it.
-fn each(sets: &mut [Box<ConnectedSet>], is_shared: bool, work: impl Fn(usize, &mut ConnectedSet) + Sync) {
-    if is_shared {
-        sets.par_iter_mut().enumerate().for_each(|(seat, set)| work(seat, set));
-    } else {
-        sets.iter_mut().enumerate().for_each(|(seat, set)| work(seat, set));
     }
 }
 

@@ -8,17 +8,17 @@ use component::Component;
 use contact::broad_phase::BroadPhase;
 use contact::duplicates::{self, Holders};
 use contact::geometry::{Contact, World};
+use contact::grain;
 use contact::mesh_contacts::{Deepest, let_wait};
 use contact::motion_bound::MotionBounds;
 use contact::shape::{Poses, Shape};
-use contact::shares_contacts;
 use contact::warm_start::{self, Pressed};
 use friction::cone::Coulomb;
 use friction::problem::{Problem, Unknown};
 use friction::solve::ContactSolver;
 use kernels::Spatial;
 use kernels::math::Vec3;
-use rayon::prelude::*;
+use kernels::parallel;
 use rod::Surface;
 
 use super::TooManyContacts;
@@ -235,7 +235,7 @@ impl IslandContacts {
         let (steady, unit) = (self.hysteresis, self.unit);
         // What bounces and what is let out of others asks for more.
         let skips = !(shared.detector.bounces() || shared.detector.allows_overlap());
-        let evaluate = |contact: &mut Contact| {
+        let evaluate = |_, contact: &mut Contact| {
             let room = 2.0 * shared.params.active_gap * contact.radius;
             contact.is_left_out = match poses {
                 Poses::Start => skips && culling::is_far_at_start(contact),
@@ -257,11 +257,8 @@ impl IslandContacts {
             }
             0
         };
-        let left_out: u64 = if shares_contacts(self.contacts.len()) {
-            self.contacts.par_iter_mut().with_min_len(64).map(evaluate).sum()
-        } else {
-            self.contacts.iter_mut().map(evaluate).sum()
-        };
+        let grain = grain(self.contacts.len());
+        let left_out = parallel::reduce(&mut self.contacts, grain, evaluate, |one, other| one + other).unwrap_or(0);
         duplicates::double(world.shapes, &mut self.contacts, &mut self.holders);
         counters.contact_evaluations += self.contacts.len() as u64 - left_out;
         counters.contacts_left_out += left_out;
