@@ -116,7 +116,6 @@ fn a_pointer_drags_a_rope_over_a_box_and_lets_go(browser: &mut Browser) -> Resul
         }
     }
     browser.settle()?;
-    picture(browser, "before")?;
     let from = on_page(browser, 15)?;
     let above = projected(browser, [0.0, -0.4, 0.7])?;
     let beyond = projected(browser, [0.35, 0.55, 0.7])?;
@@ -132,7 +131,7 @@ fn a_pointer_drags_a_rope_over_a_box_and_lets_go(browser: &mut Browser) -> Resul
         browser.settle()?;
     }
     browser.wait_for("player.position(0, 0, 15)[1] > 0.2")?;
-    picture(browser, "dragged")?;
+    picture(browser, "live-dragged")?;
     browser.lift(beyond)?;
     browser.wait_for("live.motion.hands.length === 0")?;
     // Its middle lies on the box then, or beyond it, and nothing is in the box.
@@ -179,7 +178,7 @@ fn buttons_and_keys_do_what_they_say(browser: &mut Browser) -> Result<()> {
     browser.evaluate(&click("play"))?;
     browser.wait_for("player.position(0, 0, 29)[2] > 0.3")?;
     assert_eq!(browser.evaluate("player.position(0, 0, live.pins[0])")?, held);
-    picture(browser, "pinned")?;
+    picture(browser, "live-pinned")?;
     // Arrow keys move the pin.
     let key = |kind: &str| format!("dispatchEvent(new KeyboardEvent('{kind}', {{key: 'ArrowUp', bubbles: true}}))");
     browser.evaluate(&click("drive"))?;
@@ -196,7 +195,6 @@ fn a_finger_drags_on_a_phone(browser: &mut Browser) -> Result<()> {
     let shown = Shown::new()?;
     ready(browser, &shown, PHONE)?;
     browser.settle()?;
-    picture(browser, "phone")?;
     assert_eq!(browser.evaluate("document.documentElement.scrollWidth")?, 390);
     let outside = "[...document.querySelectorAll('button, select, input, canvas')]\
                    .filter((e) => e.checkVisibility() && e.getBoundingClientRect().right > 390.5).map((e) => e.id)";
@@ -207,6 +205,7 @@ fn a_finger_drags_on_a_phone(browser: &mut Browser) -> Result<()> {
     )?;
     browser.drag(&[[from, [from[0], from[1] - 120.0]]])?;
     browser.wait_for("highest > 0.05")?;
+    picture(browser, "live-phone")?;
     browser.wait_for("live.motion.hands.length === 0")?;
     // A finger beside the rope, wherever that swings by now, turns the view, and moves nothing.
     browser.evaluate("document.getElementById('play').click()")?;

@@ -2,7 +2,7 @@
 
 /** Dashes that tell lines of a curve apart where colours tell runs apart. */
 const DASHES = [[], [6, 3], [2, 3], [9, 3, 2, 3]];
-const MARGIN = { left: 64, right: 14, top: 10, bottom: 22 };
+const MARGIN = { left: 76, right: 14, top: 10, bottom: 22 };
 
 class Chart {
   constructor(canvas, motions) {
