@@ -85,8 +85,9 @@
 //!
 //! # Features
 //!
-//! `derivatives` (default): derivatives of motions and equilibria, and searches. `scenes` (default): scene files and builtin
-//! scenes. `sparse` (default): rods that form loops; without it they are refused
+//! `derivatives` (default): derivatives of motions and equilibria, and searches. `parallel` (default): threads of rayon's current
+//! pool share the work, with the same bits on any number; without it the calling thread does all of it. `scenes` (default): scene
+//! files and builtin scenes. `sparse` (default): rods that form loops; without it they are refused
 //! ([`SimulationError::Solver`](simulation::SimulationError::Solver)). `learned`: guesses of trained networks. `live`: a running
 //! simulation in a browser.
 //!
