@@ -46,16 +46,27 @@ pub fn shapes<'a>(model: &Model, sets: impl Iterator<Item = &'a Members>) -> Vec
 fn share_ends(model: &Model, shapes: &mut [Shape]) {
     let mut met = vec![[0; 2]; shapes.len()];
     for joint in &model.joints {
+        let is_rigid = joint.stretch_compliance.max(joint.shear_compliance) <= Joint::RIGID;
+        for (body, other, offset) in [(joint.a, joint.b, joint.offset_a), (joint.b, joint.a, joint.offset_b)] {
+            if let (Body::Segment(i), Body::Anchor(_)) = (body, other)
+                && is_rigid
+                && let Some(end) = shapes[i].end_at(offset)
+            {
+                shapes[i].anchored[end] = true;
+            }
+        }
         if let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b)
             && joint.mount.is_none()
             && let (Some(end_a), Some(end_b)) = (shapes[a].end_at(joint.offset_a), shapes[b].end_at(joint.offset_b))
         {
             // The thicker of two ends that meet stands for both, unless the joint lets them part.
-            if joint.stretch_compliance.max(joint.shear_compliance) <= Joint::RIGID {
+            if is_rigid {
                 let first = (shapes[a].radius, Reverse(a)) > (shapes[b].radius, Reverse(b));
-                let (other, end, standing) = if first { (b, end_b, a) } else { (a, end_a, b) };
-                shapes[other].ends[end] = false;
-                shapes[other].yields_to[end] = Some(standing as u32);
+                let ((standing, end), (other, end_of_other)) =
+                    if first { ((a, end_a), (b, end_b)) } else { ((b, end_b), (a, end_a)) };
+                shapes[other].ends[end_of_other] = false;
+                shapes[other].joined[end_of_other] = Some(standing as u32);
+                shapes[standing].joined[end].get_or_insert(other as u32);
             }
             for (own, end, across) in [(a, end_a, b), (b, end_b, a)] {
                 met[own][end] += 1;

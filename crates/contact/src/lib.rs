@@ -34,11 +34,9 @@ pub use params::NarrowPhaseParams;
 
 /// Below this many contacts of an island, threads cost more than they bring in what is done once an outer iteration.
 const PARALLEL_CONTACTS: usize = 256;
-/// Contacts that a thread takes at once.
-const GRAIN: usize = 64;
 
 /// The grain with which threads share what is done once an outer iteration for so many contacts, if they do
 /// ([`kernels::parallel::each`]).
 pub fn grain(contacts: usize) -> Option<usize> {
-    (contacts >= PARALLEL_CONTACTS).then_some(GRAIN)
+    (contacts >= PARALLEL_CONTACTS).then_some(PARALLEL_CONTACTS / 4)
 }

@@ -131,7 +131,20 @@ impl NarrowPhase {
     /// Ends of a segment that touch obstacles for themselves: what stands for an end and does not move touches no obstacle.
     fn ends_at_obstacles(&self, shape: &Shape) -> [bool; 2] {
         let is_left = |other: u32| !self.shapes[other as usize].free;
-        [0, 1].map(|end| shape.ends[end] || shape.yields_to[end].is_some_and(is_left))
+        [0, 1].map(|end| shape.ends[end] || shape.joined[end].is_some_and(is_left))
+    }
+
+    /// Whether a rigid joint to an anchor or to a fixed segment holds the place of a contact with an obstacle, so that no force moves it.
+    pub fn is_held(&self, contact: &Contact) -> bool {
+        let (segment, partner, feature) = contact.key;
+        let shape = &self.shapes[segment as usize];
+        let end = match feature {
+            Feature::Own(end) => Some(end),
+            _ => contact.ends[0],
+        };
+        let is_fixed = |other: u32| !self.shapes[other as usize].free;
+        partner.obstacle().is_some()
+            && end.map(usize::from).is_some_and(|end| shape.anchored[end] || shape.joined[end].is_some_and(is_fixed))
     }
 
     /// Notes whether a segment moves freely from now on.

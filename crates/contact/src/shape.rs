@@ -28,8 +28,10 @@ pub struct Shape {
     pub free: bool,
     /// Ends that touch for themselves: where two segments meet end to end, one stands for both.
     pub(crate) ends: [bool; 2],
-    /// The segment that stands for each end that does not touch for itself.
-    pub(crate) yields_to: [Option<u32>; 2],
+    /// The segment that a rigid joint holds each end to; of several the one that stands for it.
+    pub(crate) joined: [Option<u32>; 2],
+    /// Ends that a rigid joint holds to an anchor.
+    pub(crate) anchored: [bool; 2],
     /// The segment that shares each end and is as thick, if just one does.
     pub(crate) beyond: [Option<u32>; 2],
 }
@@ -37,8 +39,8 @@ pub struct Shape {
 impl Shape {
     /// A segment that moves freely and is joined to nothing: half its length and its radius [m].
     pub(crate) fn new(component: u32, body: u32, half: f64, radius: f64) -> Self {
-        let (ends, yields_to, beyond) = ([true; 2], [None; 2], [None; 2]);
-        Self { component, body, half, radius, free: true, ends, yields_to, beyond }
+        let (ends, joined, beyond) = ([true; 2], [None; 2], [None; 2]);
+        Self { component, body, half, radius, free: true, ends, joined, anchored: [false; 2], beyond }
     }
 
     /// Whether it touches anything: a body that does not has no ends.

@@ -133,7 +133,9 @@ impl IslandContacts {
                 if contact.effective_dt > 0.0 { (self.effective_dt / contact.effective_dt).powi(2) } else { 0.0 };
             contact.guess = contact.guess.map(|x| x * scale);
             contact.impulse = if presses { contact.world(contact.guess) } else { Vec3::zero() };
-            contact.target = 0.0;
+            // What holds a place in an obstacle, within the tolerance, would bear a force that grows with the stiffness of joints alone.
+            let is_held = contact.gap < 0.0 && shared.detector.is_held(contact);
+            contact.target = if is_held { contact.gap.max(-shared.tolerance * contact.radius) } else { 0.0 };
             contact.effective_dt = self.effective_dt;
             contact.has_coefficient = contact.friction.sliding == contact.friction.at_rest;
         }
