@@ -118,21 +118,22 @@ pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
 }
 
 /// Of each contact its impulse [N s], and the angle by which its normal may turn from the iterates to the end of the step
-/// [rad]: within the tolerance in the formulation `newton`, else by what the bodies turn and slip.
+/// [rad]: in the formulation `newton` by as many radii as surfaces may still move, else by what the bodies turn and slip.
 fn contacts(step: &Step<'_>) -> Vec<[f64; 2]> {
     // Round surfaces turn it as they slip and turn; a plane's normal stays.
     let rolled = |contact: &ContactForce| {
         contact.slip.norm() / step.model.segments[contact.segment].radius + step.turn(contact.segment)
     };
     let of = |contact: &ContactForce| {
-        let mut turn = StepParams::DEFAULT.contact_tolerance;
-        if !step.is_newton() {
-            turn += match contact.other {
+        if step.is_newton() {
+            return [contact.force.norm() * step.dt, step.method.settings().step.allowed_motion(true)];
+        }
+        let turn = StepParams::DEFAULT.contact_tolerance
+            + match contact.other {
                 Touched::Obstacle(k) if step.is_plane(k) => step.obstacle_turn(k),
                 Touched::Obstacle(k) => rolled(contact) + step.obstacle_turn(k),
                 Touched::Segment(i) => rolled(contact) + step.turn(i),
             };
-        }
         [contact.force.norm() * step.dt, turn.min(2.0)]
     };
     step.contacts.iter().map(of).collect()
