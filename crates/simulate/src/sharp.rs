@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use cosserat::nalgebra::UnitQuaternion;
 use cosserat::scene::Scene;
 use cosserat::state::{Body, Freedom, Joint, Model, State};
 use serde::Serialize;
@@ -16,8 +17,10 @@ const SHARP: f64 = 20.0;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sharpest {
     joint: usize,
-    /// [rad]
+    /// Between the frames of its measure [rad].
     angle: f64,
+    /// From its rest [rad].
+    turned: f64,
 }
 
 impl Sharpest {
@@ -26,25 +29,37 @@ impl Sharpest {
         let holds = |joint: &Joint| joint.freedom == Freedom::None && !model.is_open(joint);
         for (k, joint) in model.joints.iter().enumerate().filter(|(_, joint)| holds(joint)) {
             let [a, b] = joint.frames(model, state);
-            let angle = 2.0 * a.coords.dot(&b.coords).abs().min(1.0).acos();
+            let angle = angle_between(&a, &b);
             if angle > self.angle {
-                *self = Self { joint: k, angle };
+                *self = Self { joint: k, angle, turned: angle_between(&(a * rest(joint)), &b) };
             }
         }
     }
 }
 
-/// A joint that turned far in a run.
+/// Rotation at rest between the frames of a joint's measure.
+fn rest(joint: &Joint) -> UnitQuaternion<f64> {
+    let [of_a, of_b] = joint.rest_frames;
+    of_a.inverse() * joint.rest_rotation() * of_b
+}
+
+fn angle_between(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
+    2.0 * a.coords.dot(&b.coords).abs().min(1.0).acos()
+}
+
+/// A joint that turned far in a run, or is bent far at rest.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SharpJoint {
     /// The bodies that it joins, in words.
     between: [String; 2],
     /// Its largest angle in the frames that were measured [degrees].
     angle_deg: f64,
-    /// Share of its moment that is missing: it answers as the sine of the angle.
+    /// What of that it has at rest [degrees].
+    rest_deg: f64,
+    /// Share of its moment that is missing where it turns further about the axis of its rest.
     moment_missing: f64,
-    /// Segments of the rod with which no joint would turn further than a run lets pass.
-    segments_needed: usize,
+    /// Segments of the rod with which no joint would turn further than a run lets pass; `None` where the rest is most of the angle.
+    segments_needed: Option<usize>,
 }
 
 impl SharpJoint {
@@ -58,24 +73,63 @@ impl SharpJoint {
         })?;
         let rod = scene.model.segments[segment].rod;
         let segments = scene.model.segments.iter().filter(|own| own.rod == rod).count();
+        let (at_rest, turned) = (rest(joint).angle(), sharpest.turned);
+        let needed = (segments as f64 * angle_deg / SHARP).ceil() as usize;
         Some(Self {
             between: [joint.a, joint.b].map(|body| place(scene, body)),
             angle_deg,
-            moment_missing: 1.0 - sharpest.angle.sin() / sharpest.angle,
-            segments_needed: (segments as f64 * angle_deg / SHARP).ceil() as usize,
+            rest_deg: at_rest.to_degrees(),
+            moment_missing: missing(at_rest, turned),
+            segments_needed: (turned > at_rest).then_some(needed),
         })
     }
 }
 
+/// Share of the moment that is missing of a joint that is bent at rest and has turned further about the same axis \[rad\]: it has the energy
+/// of a spring whose length is twice the sine of half the angle.
+fn missing(at_rest: f64, turned: f64) -> f64 {
+    let half = 0.5 * (at_rest + turned);
+    if turned < 1e-6 {
+        return half.sin().powi(2);
+    }
+    1.0 - 2.0 * (half.sin() - (0.5 * at_rest).sin()) * half.cos() / turned
+}
+
 impl Display for SharpJoint {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self { between: [a, b], angle_deg, moment_missing, segments_needed } = self;
-        write!(
-            f,
-            "warning: the joint between {a} and {b} turned by {} degrees; its moment goes with the sine of that and is {} % too \
-             small; with {segments_needed} segments joints turn by less than {SHARP} degrees",
-            number(*angle_deg),
-            share(100.0 * moment_missing)
-        )
+        let Self { between: [a, b], angle_deg, rest_deg, moment_missing, segments_needed } = self;
+        let missing = share(100.0 * moment_missing);
+        match segments_needed {
+            Some(needed) => write!(
+                f,
+                "warning: the joint between {a} and {b} turned by {} degrees; its moment goes with the sine of that and is \
+                 {missing} % too small; with {needed} segments joints turn by less than {SHARP} degrees",
+                number(*angle_deg)
+            ),
+            None => write!(
+                f,
+                "warning: the joint between {a} and {b} is bent by {} degrees at rest; measured as in the paper it is {missing} % \
+                 too soft; bending = \"rest-rotation\" gives it the stiffness of its material",
+                number(*rest_deg)
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::missing;
+
+    #[test]
+    fn the_missing_share_is_that_of_the_energy_of_sines() {
+        for (at_rest, turned) in [(0.0_f64, 0.6_f64), (0.4, 0.3), (1.5, 0.1), (1.5707963, 1e-7)] {
+            let energy = |angle: f64| 2.0 * ((0.5 * angle).sin() - (0.5 * at_rest).sin()).powi(2);
+            let angle = at_rest + turned;
+            let moment = (energy(angle + 1e-4) - energy(angle - 1e-4)) / 2e-4;
+            let found = missing(at_rest, turned);
+            assert!((1.0 - moment / turned - found).abs() < 1e-4 || turned < 1e-6, "{at_rest}, {turned}: {found}");
+        }
+        assert!((missing(0.0, 0.6) - (1.0 - 0.6_f64.sin() / 0.6)).abs() < 1e-12, "straight at rest: the sine");
+        assert!((missing(std::f64::consts::FRAC_PI_2, 0.0) - 0.5).abs() < 1e-12, "half as stiff at a right angle");
     }
 }

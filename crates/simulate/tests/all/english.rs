@@ -214,4 +214,15 @@ fn a_run_says_where_joints_turn_too_far() {
     assert!((angle - 36.0).abs() < 2.0 && (missing - 0.065).abs() < 0.01, "{joint}");
     assert!((70.0..78.0).contains(&needed), "{joint}");
     assert!(summary(1.8)["sharp_joint"].is_null());
+    // A net's ropes cross at right angles at rest: more segments would not help.
+    let net = "gravity_m_s2 = [0, 0, 0]\nrun.steps = 2\n[[nets]]\nsize_m = [1, 1]\nmeshes = [1, 1]\nsegments = 2\n";
+    let of = |bending: &str| {
+        std::fs::write(&path, format!("{bending}{net}")).expect("a scene");
+        crate::common::json(&[path.to_str().expect("UTF-8")])["sharp_joint"].clone()
+    };
+    let crossing = of("");
+    let [at_rest, missing] = ["rest_deg", "moment_missing"].map(|key| crossing[key].as_f64().expect("a number"));
+    assert!((at_rest - 90.0).abs() < 1e-6 && (missing - 0.5).abs() < 1e-6, "{crossing}");
+    assert!(crossing["segments_needed"].is_null(), "{crossing}");
+    assert!(of("bending = \"rest-rotation\"\n").is_null());
 }
