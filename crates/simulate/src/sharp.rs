@@ -59,6 +59,7 @@ pub(crate) struct SharpJoint {
     /// Share of its moment that is missing where it turns further about the axis of its rest.
     moment_missing: f64,
     /// Segments of the rod with which no joint would turn further than a run lets pass; `None` where the rest is most of the angle.
+    #[serde(skip_serializing_if = "Option::is_none")]
     segments_needed: Option<usize>,
 }
 
