@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn the_missing_share_is_that_of_the_energy_of_sines() {
-        for (at_rest, turned) in [(0.0_f64, 0.6_f64), (0.4, 0.3), (1.5, 0.1), (1.5707963, 1e-7)] {
+        for (at_rest, turned) in [(0.0_f64, 0.6_f64), (0.4, 0.3), (1.5, 0.1), (std::f64::consts::FRAC_PI_2, 1e-7)] {
             let energy = |angle: f64| 2.0 * ((0.5 * angle).sin() - (0.5 * at_rest).sin()).powi(2);
             let angle = at_rest + turned;
             let moment = (energy(angle + 1e-4) - energy(angle - 1e-4)) / 2e-4;
