@@ -13,7 +13,7 @@ use kernels::parallel;
 use rod::{Body, Joint, Model};
 
 use super::geometry::Contact;
-use super::grain;
+use super::contacts_grain;
 use super::key::{Feature, Key, Partner};
 use super::shape::Shape;
 
@@ -50,6 +50,7 @@ fn share_ends(model: &Model, shapes: &mut [Shape]) {
         for (body, other, offset) in [(joint.a, joint.b, joint.offset_a), (joint.b, joint.a, joint.offset_b)] {
             if let (Body::Segment(i), Body::Anchor(_)) = (body, other)
                 && is_rigid
+                && joint.mount.is_none()
                 && let Some(end) = shapes[i].end_at(offset)
             {
                 shapes[i].anchored[end] = true;
@@ -112,7 +113,7 @@ impl Holders {
 pub fn double(shapes: &[Shape], contacts: &mut [Contact], memory: &mut Holders) {
     let Holders { sides, found } = memory;
     sides.resize(contacts.len(), Default::default());
-    parallel::each(sides, grain(contacts.len()), |index, sides| {
+    parallel::each(sides, contacts_grain(contacts.len()), |index, sides| {
         let Contact { key: (_, partner, feature), gap, target, radius, .. } = contacts[index];
         let is_near = gap < target + radius;
         // Edges of meshes have rules of their own.

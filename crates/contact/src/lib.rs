@@ -37,6 +37,6 @@ const PARALLEL_CONTACTS: usize = 256;
 
 /// The grain with which threads share what is done once an outer iteration for so many contacts, if they do
 /// ([`kernels::parallel::each`]).
-pub fn grain(contacts: usize) -> Option<usize> {
+pub fn contacts_grain(contacts: usize) -> Option<usize> {
     (contacts >= PARALLEL_CONTACTS).then_some(PARALLEL_CONTACTS / 4)
 }

@@ -130,8 +130,12 @@ impl NarrowPhase {
 
     /// Ends of a segment that touch obstacles for themselves: what stands for an end and does not move touches no obstacle.
     fn ends_at_obstacles(&self, shape: &Shape) -> [bool; 2] {
-        let is_left = |other: u32| !self.shapes[other as usize].free;
-        [0, 1].map(|end| shape.ends[end] || shape.joined[end].is_some_and(is_left))
+        [0, 1].map(|end| shape.ends[end] || self.is_joined_to_fixed(shape, end))
+    }
+
+    /// Whether an end is joined to a segment that is fixed.
+    fn is_joined_to_fixed(&self, shape: &Shape, end: usize) -> bool {
+        shape.joined[end].is_some_and(|other| !self.shapes[other as usize].free)
     }
 
     /// Whether a rigid joint to an anchor or to a fixed segment holds the place of a contact with an obstacle, so that no force moves it.
@@ -142,9 +146,8 @@ impl NarrowPhase {
             Feature::Own(end) => Some(end),
             _ => contact.ends[0],
         };
-        let is_fixed = |other: u32| !self.shapes[other as usize].free;
-        partner.obstacle().is_some()
-            && end.map(usize::from).is_some_and(|end| shape.anchored[end] || shape.joined[end].is_some_and(is_fixed))
+        let is_held = |end: u8| shape.anchored[usize::from(end)] || self.is_joined_to_fixed(shape, usize::from(end));
+        partner.obstacle().is_some() && end.is_some_and(is_held)
     }
 
     /// Notes whether a segment moves freely from now on.

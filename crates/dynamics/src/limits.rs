@@ -8,6 +8,6 @@ const PARALLEL_PIECE: usize = 4096;
 
 /// The grain with which threads share a piece of an outer iteration over sets with so many segments in all, if they do
 /// ([`kernels::parallel::each`]).
-pub(crate) fn grain(segments: usize) -> Option<usize> {
+pub(crate) fn segments_grain(segments: usize) -> Option<usize> {
     (segments >= PARALLEL_PIECE).then_some(1)
 }

@@ -13,7 +13,7 @@ use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::{ContactProjection, Formulation};
 use crate::islands::{IslandContacts, Sets, Shared, TooManyContacts};
-use crate::limits::grain;
+use crate::limits::segments_grain;
 use crate::start::NoGuess;
 use crate::step::{Interval, Status, StepParams};
 use crate::step_control::{self, Steps};
@@ -285,7 +285,7 @@ impl Island<'_> {
 
 /// Works on all sets, side by side where there is enough to share: so many segments.
 pub(super) fn each(sets: &mut [Box<ConnectedSet>], segments: usize, work: impl Fn(&mut ConnectedSet) + Send + Sync) {
-    parallel::each(sets, grain(segments), |_, set| work(set));
+    parallel::each(sets, segments_grain(segments), |_, set| work(set));
 }
 
 /// Prediction, guess for the step's start, first evaluation of a set.

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use component::BodyPose;
 use contact::geometry::Contact;
-use contact::grain;
+use contact::contacts_grain;
 use contact::shape::Shape;
 use friction::buckets;
 use friction::delassus::{Chunk, Part};
@@ -98,7 +98,7 @@ impl Assembly {
         taken.resize_with(taken.len().max(first_groups.len()), AtomicBool::default);
         let (values, cuts) = problem.operator.values();
         let parts = Pieces::new(values, cuts, taken);
-        let grain = grain(active.len()).map(|_| 1);
+        let grain = contacts_grain(active.len()).map(|_| 1);
         parallel::each(components.all(), grain, |seat, set| {
             let (number, ConnectedSet { component, projector, exact, touch: Some(touch), .. }) =
                 (number_of[seat], &mut **set)

@@ -8,7 +8,7 @@ use component::Component;
 use contact::broad_phase::BroadPhase;
 use contact::duplicates::{self, Holders};
 use contact::geometry::{Contact, World};
-use contact::grain;
+use contact::contacts_grain;
 use contact::mesh_contacts::{Deepest, let_wait};
 use contact::motion_bound::MotionBounds;
 use contact::shape::{Poses, Shape};
@@ -259,7 +259,7 @@ impl IslandContacts {
             }
             0
         };
-        let grain = grain(self.contacts.len());
+        let grain = contacts_grain(self.contacts.len());
         let left_out = parallel::reduce(&mut self.contacts, grain, evaluate, |one, other| one + other).unwrap_or(0);
         duplicates::double(world.shapes, &mut self.contacts, &mut self.holders);
         counters.contact_evaluations += self.contacts.len() as u64 - left_out;
