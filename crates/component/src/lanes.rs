@@ -65,6 +65,8 @@ impl<T: Real> Component<T> {
             has_given: self.has_given,
             moved: self.moved.iter().filter(|moved| moved.lane == lane).map(|moved| moved.alone()).collect(),
             released: self.released.iter().filter(|one| one.lane == lane).map(|one| one.alone()).collect(),
+            eyelets: Vec::new(),
+            eyelet_impulses: Vec::new(),
             resting: self
                 .resting
                 .iter()

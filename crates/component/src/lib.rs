@@ -40,6 +40,7 @@ mod pose;
 mod predict;
 mod released;
 mod rigid;
+mod sliding;
 pub mod snapshot;
 mod split;
 mod state;
@@ -72,6 +73,7 @@ pub use motion::{LARGEST_TURN, in_kernel};
 pub use parts::{copy_spatial, pick_pose, pick_spatial};
 pub use pose::BodyPose;
 pub use released::has_loose;
+pub use sliding::{Border, BodyColumns, UNKNOWNS};
 pub use split::split;
 pub use split::{Alike, split_alike, whole};
 
@@ -157,6 +159,10 @@ pub struct Component<T> {
     has_given: bool,
     /// The fixed segments and anchors that move.
     moved: Vec<motion::Moved>,
+    /// Eyelets through which rods of it run.
+    eyelets: Vec<sliding::Eyelet>,
+    /// Per body: what they do to it; empty where there are none.
+    eyelet_impulses: Vec<Spatial<T>>,
     /// Joints that leave something free.
     released: Vec<released::Released>,
     /// Inertia of the fixed segments.
@@ -228,6 +234,8 @@ impl<T: Real> Component<T> {
             given: vec![T::splat(-1.0); bodies],
             has_given: false,
             moved: Vec::new(),
+            eyelets: Vec::new(),
+            eyelet_impulses: Vec::new(),
             released: Vec::new(),
             resting: Vec::new(),
             longest_unit: T::splat(f64::INFINITY),

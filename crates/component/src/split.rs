@@ -19,12 +19,14 @@ pub struct Alike {
     pub topology: Arc<Topology>,
     /// Their parts of the model.
     pub sets: Vec<Members>,
+    /// Whether a rod of them runs through an eyelet.
+    pub slides: bool,
 }
 
 impl Alike {
     /// Whether they can be solved side by side, one a lane: enough of them, and none with a loop.
     pub fn fill_lanes(&self) -> bool {
-        Self::fills_lanes(self.sets.len(), &self.topology)
+        !self.slides && Self::fills_lanes(self.sets.len(), &self.topology)
     }
 
     /// The same of so many sets.
@@ -35,19 +37,21 @@ impl Alike {
 
 /// Splits a model into its connected sets, alike ones together, in the order in which the first of each kind comes.
 pub fn split_alike(model: &Model) -> Vec<Alike> {
-    let mut kinds: HashMap<(Vec<[u32; 2]>, Vec<bool>), usize> = HashMap::new();
-    let mut by_kind: Vec<(Arc<Topology>, Vec<Members>)> = Vec::new();
+    let mut kinds: HashMap<(Vec<[u32; 2]>, Vec<bool>, bool), usize> = HashMap::new();
+    let mut by_kind: Vec<(Arc<Topology>, Vec<Members>, bool)> = Vec::new();
     for (members, topology) in split(model) {
-        let key = (topology.joints.clone(), topology.fixed.clone());
+        let has = |segment: usize| members.segments.binary_search(&segment).is_ok();
+        let slides = model.sliding_joints.iter().any(|joint| has(joint.segments.start));
+        let key = (topology.joints.clone(), topology.fixed.clone(), slides);
         let index = *kinds.entry(key).or_insert_with(|| {
-            by_kind.push((Arc::new(topology), Vec::new()));
+            by_kind.push((Arc::new(topology), Vec::new(), slides));
             by_kind.len() - 1
         });
         by_kind[index].1.push(members);
     }
-    let chunks = by_kind.into_iter().flat_map(|(topology, sets)| {
+    let chunks = by_kind.into_iter().flat_map(|(topology, sets, slides)| {
         let chunks: Vec<Alike> =
-            sets.chunks(GROUP).map(|sets| Alike { topology: topology.clone(), sets: sets.to_vec() }).collect();
+            sets.chunks(GROUP).map(|sets| Alike { topology: topology.clone(), sets: sets.to_vec(), slides }).collect();
         chunks
     });
     chunks.collect()
@@ -87,6 +91,12 @@ pub fn split(model: &Model) -> Vec<(Members, Topology)> {
             leader[a.max(b)] = a.min(b);
         }
     }
+    for joint in &model.sliding_joints {
+        if let Body::Segment(b) = joint.holder {
+            let (a, b) = (find(&mut leader, joint.segments.start), find(&mut leader, b));
+            leader[a.max(b)] = a.min(b);
+        }
+    }
     // What is let go on the way is no fixed body of the topology, which stays as it is then.
     let lets_go = |driven: &&Driven| driven.until < f64::INFINITY;
     let let_go: HashSet<Body> = model.motions.iter().filter(lets_go).map(|driven| driven.body).collect();
@@ -112,6 +122,11 @@ pub fn split(model: &Model) -> Vec<(Members, Topology)> {
             if let Body::Anchor(anchor) = body {
                 set.anchors.push(anchor);
             }
+        }
+    }
+    for joint in &model.sliding_joints {
+        if let Body::Anchor(anchor) = joint.holder {
+            sets[set_of[joint.segments.start]].anchors.push(anchor);
         }
     }
     sets.into_iter()

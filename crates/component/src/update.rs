@@ -99,6 +99,7 @@ impl<T: Real> Component<T> {
         self.last_dt = active.select(T::splat(self.dt), self.last_dt);
         self.last_effective = active.select(self.effective, self.last_effective);
         self.take_in(active);
+        self.end_eyelets();
         if formulation.momentum() {
             let rate = T::splat(1.0) / self.effective;
             let per_dt2 = rate * rate;
@@ -123,6 +124,7 @@ impl<T: Real> Component<T> {
     pub fn roll_back(&mut self) {
         self.poses.copy_from_slice(&self.start);
         self.lambda.fill(Spatial::zero());
+        self.roll_back_eyelets();
     }
 
     /// Movement of a body since the start of the step: of its centre in segment lengths, and its turn [rad].

@@ -34,6 +34,7 @@ impl<T: Real> Component<T> {
             rigid,
             joints,
             released,
+            eyelets: _,
             // A step makes these anew before it looks at them.
             effective: _,
             start: _,
@@ -51,6 +52,7 @@ impl<T: Real> Component<T> {
             correction: _,
             unsolved: _,
             drag: _,
+            eyelet_impulses: _,
             torques_wait: _,
             // These stay the same, or follow from what is held; of air, a segment's inertia is each step's.
             bodies: _,
@@ -90,5 +92,6 @@ impl<T: Real> Component<T> {
         visitor.word(solves);
         visitor.word(evaluations);
         self.visit_motions(visitor);
+        self.visit_eyelets(visitor);
     }
 }

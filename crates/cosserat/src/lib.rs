@@ -121,7 +121,7 @@ pub mod scene {
 pub mod state {
     pub use rod::{
         Body, DriveError, Freedom, Joint, JointForce, Mode, Model, ModelError, Part, Pose, Probe, Quantity, Reading,
-        Restoring, Segment, Springs, State, curvature, darboux, measure,
+        Restoring, Segment, Sliding, SlidingJoint, Springs, State, curvature, darboux, measure,
     };
 }
 

@@ -13,7 +13,7 @@ use jointed::topology::Topology;
 use kernels::parallel;
 use nalgebra::Vector3;
 use rod::Integrator;
-use rod::{Body, Carried, Changing, JointForce, Model, ModelError, State};
+use rod::{Body, Carried, Changing, JointForce, Model, ModelError, Sliding, State};
 use thiserror::Error;
 
 use crate::attempt::{Exact, TangentChoice};
@@ -64,6 +64,9 @@ pub enum SimulationError {
     /// The exact tangent where there is none.
     #[error("tangent exact needs {0}")]
     Tangent(&'static str),
+    /// Eyelets where rods cannot run through any.
+    #[error("sliding joints need {0}")]
+    Sliding(&'static str),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] jointed::linear::solvers::SolverError),
@@ -137,6 +140,20 @@ fn exact_tangent_of(model: &Model, settings: &Settings) -> Result<(), Simulation
     Ok(())
 }
 
+/// Refuses settings and models in which rods cannot run through eyelets.
+fn sliding_of(model: &Model, settings: &Settings) -> Result<(), SimulationError> {
+    if model.sliding_joints.is_empty() {
+        return Ok(());
+    }
+    if !settings.step.formulation.momentum() {
+        return Err(SimulationError::Sliding("formulation newton"));
+    }
+    if !model.contacts.is_empty() {
+        return Err(SimulationError::Sliding("a model without contacts and obstacles"));
+    }
+    Ok(())
+}
+
 /// A model in motion.
 pub struct Simulation {
     pieces: Vec<Piece>,
@@ -185,6 +202,7 @@ impl Simulation {
             without_loose(model, &format!("solver {}", settings.solver))?;
         }
         let touches = !model.contacts.is_empty();
+        sliding_of(model, settings)?;
         let is_coupled = settings.step.contact_projection == ContactProjection::Coupled;
         let exact = settings.step.tangent == Tangent::Exact;
         if exact {
@@ -203,7 +221,7 @@ impl Simulation {
             if helps_steps && !settings.step.formulation.momentum() {
                 return Err(SimulationError::StepGuess(settings.step.formulation));
             }
-            let Alike { topology, sets } = &alike;
+            let Alike { topology, sets, .. } = &alike;
             if grouping && alike.fill_lanes() && guesses.iter().all(Option::is_none) {
                 pieces.extend(LaneBatch::new(model, state, topology, sets.clone(), &settings.step).into_pieces());
                 continue;
@@ -211,11 +229,17 @@ impl Simulation {
             for (members, guess) in alike.sets.into_iter().zip(guesses) {
                 let mut component = Component::new(model, state, alike.topology.clone(), &[&members]);
                 component.integrate_by(settings.step.integrator);
+                if alike.slides {
+                    component.add_eyelets_of(model, &members);
+                }
                 let solver = settings.solver.build(model, &members, &alike.topology)?;
                 let mut set = ConnectedSet::new(component, members, Projector::Solve { solver, guess });
-                if may_be_exact {
+                if may_be_exact || alike.slides {
                     set.exact = Exact::new(&alike.topology);
                     set.tangents = (!exact && set.exact.is_some()).then(|| TangentChoice::new(&alike.topology));
+                }
+                if alike.slides && !alike.topology.elimination.is_some() {
+                    return Err(SimulationError::Sliding("rods without loops"));
                 }
                 if exact && set.exact.is_none() {
                     return Err(SimulationError::Tangent("rods with at most one loop a set"));
@@ -352,6 +376,11 @@ impl Simulation {
         for piece in &self.pieces {
             piece.store_joint_forces(forces);
         }
+    }
+
+    /// Copies where each sliding joint of the model is and what it does to `sliding`, which must have an entry for each.
+    pub fn store_sliding(&self, sliding: &mut [Sliding]) {
+        self.singles().for_each(|component| component.each_sliding(|index, own| sliding[index] = own));
     }
 
     /// Copies how the last step ended for the connected set of each segment to `statuses`, which must have an entry for each

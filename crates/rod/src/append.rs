@@ -1,7 +1,7 @@
 //! Several models and their states as one.
 
 use crate::part::with_motions;
-use crate::{Body, Changing, Driven, Joint, Load, Model, Motion, Segment, State};
+use crate::{Body, Changing, Driven, Joint, Load, Model, Motion, Segment, SlidingJoint, State};
 
 impl Model {
     /// Adds another model beside this one: its segments, joints, anchors, loads and motions, and what of its loads changes
@@ -27,6 +27,7 @@ impl Model {
             anchors: _,
             loads: _,
             motions,
+            sliding_joints,
             open,
             changes,
             gravity: _,
@@ -39,6 +40,11 @@ impl Model {
         self.joints.extend(joints.iter().map(|own| Joint { a: moved(own.a), b: moved(own.b), ..*own }));
         self.anchors.extend(&other.anchors);
         self.loads.extend(other.loads.iter().map(|own| Load { segment: own.segment + segments, ..*own }));
+        self.sliding_joints.extend(sliding_joints.iter().map(|own| SlidingJoint {
+            segments: own.segments.start + segments..own.segments.end + segments,
+            holder: moved(own.holder),
+            ..own.clone()
+        }));
         self.open.extend(open.iter().map(|anchor| anchor + anchors));
         // What one motion drives goes on as one rigid body: each model keeps motions of its own.
         let motions = with_motions(motions, Motion::clone);

@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
     Air, Body, BodyShape, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InnerDamping, LineInertia, Mesh,
-    ModelError, Mount, Pose, RigidBody, State,
+    ModelError, Mount, Pose, RigidBody, SlidingJoint, State,
 };
 
 /// A rigid cylinder, one node of the paper's graph (section 3.1); or a rigid body of any shape that rods are joined to.
@@ -210,6 +210,8 @@ pub struct Model {
     /// Motions of fixed segments and anchors; what has none keeps its first velocity, or stays where it is. One with times
     /// takes hold of its body and lets it go again.
     pub motions: Vec<Driven>,
+    /// Eyelets through which rods run.
+    pub sliding_joints: Vec<SlidingJoint>,
     /// Anchors that hold nothing, open grips: their joints transmit nothing, and they go with the faces that they may hold.
     pub open: Vec<usize>,
     /// Loads and gravity that change over time.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use crate::{Body, Carried, Change, Changing, Driven, JointForce, Load, Model, Motion, Pose, State};
+use crate::{Body, Carried, Change, Changing, Driven, JointForce, Load, Model, Motion, Pose, SlidingJoint, State};
 
 /// Some rods of a model without the others: see [`Model::part`].
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,12 @@ impl Model {
         };
         let ends = |k: usize| [self.joints[k].a, self.joints[k].b];
         let joints: Vec<usize> = (0..self.joints.len()).filter(|&k| stays(ends(k))).collect();
-        let anchors: BTreeSet<usize> = joints.iter().flat_map(|&k| ends(k)).filter_map(anchor).collect();
+        let runs = |joint: &&SlidingJoint| {
+            joint.segments.clone().all(|i| of_segment.contains_key(&i))
+                && (has_body(joint.holder) || is_anchor(joint.holder))
+        };
+        let eyelets = self.sliding_joints.iter().filter(runs).map(|joint| joint.holder);
+        let anchors: BTreeSet<usize> = joints.iter().flat_map(|&k| ends(k)).chain(eyelets).filter_map(anchor).collect();
         let anchors: Vec<usize> = anchors.into_iter().collect();
         let loads: Vec<usize> =
             (0..self.loads.len()).filter(|&k| of_segment.contains_key(&self.loads[k].segment)).collect();
@@ -44,6 +49,12 @@ impl Model {
             let mut joint = self.joints[k];
             (joint.a, joint.b) = (body(joint.a)?, body(joint.b)?);
             Some(joint)
+        };
+        let slides = |joint: &SlidingJoint| {
+            let first = *of_segment.get(&joint.segments.start)?;
+            let stays = joint.segments.clone().enumerate().all(|(k, i)| of_segment.get(&i) == Some(&(first + k)));
+            let segments = first..first + joint.segments.len();
+            stays.then_some(SlidingJoint { segments, holder: body(joint.holder)?, ..joint.clone() })
         };
         let change = |change: &Change| {
             let of = match change.of {
@@ -61,6 +72,7 @@ impl Model {
             anchors: anchors.iter().map(|&k| self.anchors[k]).collect(),
             loads: loads.iter().map(load).collect(),
             motions: self.motions.iter().filter_map(driven).collect(),
+            sliding_joints: self.sliding_joints.iter().filter_map(slides).collect(),
             open: self.open.iter().filter_map(|k| of_anchor.get(k).copied()).collect(),
             changes: self.changes.iter().filter_map(change).collect(),
             gravity: self.gravity,

@@ -13,7 +13,7 @@ use crate::origin::origin;
 use crate::refine::Refinement;
 use crate::shape::number_or;
 use crate::tree::Growth;
-use crate::{MAX_SEGMENTS, RunDefaults, Scene, bodies, contact, copies, defaults, format, net, probe, rods};
+use crate::{MAX_SEGMENTS, RunDefaults, Scene, bodies, contact, copies, defaults, eyelet, format, net, probe, rods};
 
 /// The scene that `file` describes, its segments cut into parts.
 pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement) -> Result<Scene> {
@@ -91,6 +91,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     for join in of_copies {
         builder.join(source, join)?;
     }
+    let eyelets = eyelet::eyelets(&mut builder, source, &file.eyelets)?;
     let probes = probe::probes(&mut builder, source, &file.probes)?;
 
     let Builder { assembly, rods, .. } = builder;
@@ -107,7 +108,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         return source.wrong(span, &format!("this gives a model that cannot be simulated: {error}"));
     }
     let (name, description) = (stem(source.file), file.description.clone());
-    Ok(Scene { name, description, model, state, run, rods, obstacles, probes, from, begins_at_rest, text: None })
+    Ok(Scene { name, description, model, state, run, rods, obstacles, eyelets, probes, from, begins_at_rest, text: None })
 }
 
 fn air(source: &Source, air: &format::Air) -> Result<Air> {

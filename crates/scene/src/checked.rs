@@ -27,6 +27,8 @@ pub struct Scene {
     pub rods: Vec<RodInfo>,
     /// Names of the obstacles, in the model's order: the file's, or `obstacle-K` for the nameless `obstacles[K]`.
     pub obstacles: Vec<String>,
+    /// Names of the eyelets, in the order of [`Model::sliding_joints`].
+    pub eyelets: Vec<String>,
     /// Where quantities are read.
     pub probes: Vec<Probe>,
     /// The frame of another run with which it begins, if not with `state`; reading it is up to who runs the scene.

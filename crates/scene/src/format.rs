@@ -10,6 +10,7 @@ use toml::Spanned;
 mod body;
 mod contact;
 mod curve;
+mod eyelet;
 mod list;
 mod load;
 mod many;
@@ -22,6 +23,7 @@ mod section;
 pub(crate) use body::{Body, BodyShape, Mesh as BodyMesh};
 pub(crate) use contact::{Capsule, Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use curve::{Between, Curve};
+pub(crate) use eyelet::Eyelet;
 pub(crate) use list::List;
 pub(crate) use load::Load;
 pub(crate) use many::{Copies, Heap, Net, Strands};
@@ -56,6 +58,8 @@ pub(crate) struct File {
     pub(crate) nets: Vec<Spanned<Net>>,
     #[serde(default)]
     pub(crate) joins: Vec<Spanned<Join>>,
+    #[serde(default)]
+    pub(crate) eyelets: Vec<Spanned<Eyelet>>,
     #[serde(default)]
     pub(crate) probes: Vec<Spanned<Probe>>,
     #[serde(default)]

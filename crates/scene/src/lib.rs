@@ -24,6 +24,7 @@ mod curve;
 pub mod defaults;
 mod entries;
 mod error;
+mod eyelet;
 mod format;
 mod given;
 mod grips;

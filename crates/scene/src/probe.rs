@@ -81,6 +81,6 @@ fn probe(builder: &mut Builder, source: &Source, k: usize, entry: &Spanned<forma
 }
 
 /// Whether a name can stand in a table's header.
-fn is_plain(name: &str) -> bool {
+pub(crate) fn is_plain(name: &str) -> bool {
     !name.is_empty() && !name.contains([',', '"', '\'']) && !name.contains(char::is_control)
 }

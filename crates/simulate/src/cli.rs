@@ -321,6 +321,7 @@ impl RunArgs {
             view,
             plots: if plot { &plots::FILES } else { &[] },
             contact_forces,
+            eyelets: &scene.eyelets,
             envelope,
             snapshot: self.wants_snapshot(),
             formats: &self.export,

@@ -7,7 +7,7 @@ use cosserat::live::Recording;
 use cosserat::motion::Wrench;
 use cosserat::scene::Scene;
 use cosserat::simulation::{ContactForce, Snapshot, Touched};
-use cosserat::state::{JointForce, Model, Part, Probe, State};
+use cosserat::state::{JointForce, Model, Part, Probe, Sliding, State};
 use export::{
     Format, Names, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, csv_field, write_format,
     write_json, write_probes, write_snapshots,
@@ -33,6 +33,8 @@ pub(crate) const ENVELOPE: &str = "envelope.csv";
 const CONTACTS: &str = "contacts.csv";
 const CONTACT_COLUMNS: &str = "frame,time_s,segment,segment_name,other,other_name,x_m,y_m,z_m,normal_x,normal_y,normal_z,\
                                force_x_n,force_y_n,force_z_n,slip_x_m,slip_y_m,slip_z_m";
+const EYELETS: &str = "eyelets.csv";
+const EYELET_COLUMNS: &str = "frame,time_s,eyelet,place_m,rate_m_s,force_x_n,force_y_n,force_z_n";
 /// What was done in a live view.
 pub(crate) const INPUT: &str = "live-input.json";
 /// A run as the player knows it, for `simulate view`, and the page that plays it.
@@ -50,6 +52,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) plots: &'static [&'static str],
     /// Whether a table of contacts is wanted.
     pub(crate) contact_forces: bool,
+    /// Names of the eyelets, of which there is a table.
+    pub(crate) eyelets: &'a [String],
     /// Whether a table of the extremes of each segment is wanted.
     pub(crate) envelope: bool,
     /// Whether a snapshot of the end is wanted.
@@ -75,6 +79,7 @@ impl Wanted<'_> {
             view: false,
             plots: &[],
             contact_forces: false,
+            eyelets: &[],
             envelope: false,
             snapshot: false,
             formats: &[],
@@ -116,11 +121,12 @@ impl Wanted<'_> {
         let of_view = [RUN, PAGE].into_iter().filter(|_| self.view);
         let of_probes = [PROBES].into_iter().filter(|_| !self.probes.is_empty());
         let of_contacts = [CONTACTS].into_iter().filter(|_| self.contact_forces);
+        let of_eyelets = [EYELETS].into_iter().filter(|_| !self.eyelets.is_empty());
         let of_envelope = [ENVELOPE].into_iter().filter(|_| self.envelope);
         let of_snapshot = [SNAPSHOT].into_iter().filter(|_| self.snapshot);
         let of_input = [INPUT].into_iter().filter(|_| self.input.is_some());
         let of_formats = self.formats.iter().flat_map(|format| format.outputs(model));
-        let tables = self.table.into_iter().chain(of_probes).chain(of_contacts).chain(of_envelope).chain(of_formats);
+        let tables = self.table.into_iter().chain(of_probes).chain(of_contacts).chain(of_eyelets).chain(of_envelope).chain(of_formats);
         of_motion
             .chain(of_snapshot)
             .chain(of_input)
@@ -141,6 +147,7 @@ pub(crate) struct Files<'a> {
     /// Frames so far.
     frames: usize,
     contacts: Option<TableWriter>,
+    eyelets: Option<TableWriter>,
     /// Whether this run has written one.
     has_snapshot: bool,
     /// What all of the scene is called.
@@ -213,8 +220,9 @@ impl<'a> Files<'a> {
         // A run that was killed may go on from its last snapshot until there is another one.
         let folder = RunFolder::take(&wanted.directory, &own, &[SNAPSHOT])?;
         let names = names(scene, &scene.model);
-        let (writer, contacts) = (None, None);
-        let mut files = Self { wanted, folder, writer, frames: 0, contacts, has_snapshot: false, names, scene_file };
+        let (writer, contacts, eyelets) = (None, None, None);
+        let mut files =
+            Self { wanted, folder, writer, frames: 0, contacts, eyelets, has_snapshot: false, names, scene_file };
         files.begin(scene, dt, joints, time).map_err(|error| files.named(&error))?;
         Ok(files)
     }
@@ -233,6 +241,9 @@ impl<'a> Files<'a> {
         }
         if self.wanted.contact_forces {
             self.contacts = Some(TableWriter::create(&self.folder.path().join(CONTACTS), CONTACT_COLUMNS)?);
+        }
+        if !self.wanted.eyelets.is_empty() {
+            self.eyelets = Some(TableWriter::create(&self.folder.path().join(EYELETS), EYELET_COLUMNS)?);
         }
         let contacts = vec![Wrench::default(); if keeps_contacts { scene.state.len() } else { 0 }];
         self.push(&scene.state, &vec![JointForce::default(); joints], &contacts, time)
@@ -282,6 +293,24 @@ impl<'a> Files<'a> {
         Ok(())
     }
 
+    /// Takes where eyelets are in the frame that was taken last, and what they do.
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub(crate) fn add_eyelets(&mut self, sliding: &[Sliding], time: f64) -> Result<()> {
+        let frame = self.frames - 1;
+        let Some(table) = &mut self.eyelets else { return Ok(()) };
+        table.add(|writer| {
+            for (name, Sliding { place, rate, force }) in self.wanted.eyelets.iter().zip(sliding) {
+                write!(writer, "{frame},{time:?},{},{place:?},{rate:?}", csv_field(name))?;
+                force.iter().try_for_each(|value| write!(writer, ",{value:?}"))?;
+                writeln!(writer)?;
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
     /// Writes a snapshot from which the run can go on, in the place of the one before.
     ///
     /// # Errors
@@ -312,7 +341,8 @@ impl<'a> Files<'a> {
         };
         let (frames, refused) = match finished {
             Ok(trajectory) => {
-                let contacts = self.contacts.take().map_or(Ok(()), TableWriter::finish).map_err(Error::from);
+                let tables = [self.contacts.take(), self.eyelets.take()].into_iter().flatten();
+                let contacts = tables.map(TableWriter::finish).collect::<Result<(), _>>().map_err(Error::from);
                 let beside = contacts.and_then(|()| self.write_beside(trajectory.as_deref(), scene, progress, more));
                 (trajectory.map_or(0, |_| frames_computed), beside.err())
             }

@@ -7,7 +7,7 @@ use chart::Conditions;
 use cosserat::motion::Wrench;
 use cosserat::scene::Scene;
 use cosserat::simulation::{ContactForce, Simulation, Snapshot, contact_wrenches};
-use cosserat::state::{JointForce, Model, Part, State};
+use cosserat::state::{JointForce, Model, Part, Sliding, State};
 use export::Envelope;
 use serde::Serialize;
 use terminal::Progress;
@@ -51,6 +51,8 @@ pub(crate) struct Keep<'a> {
     /// What contacts give to each segment in the last frame, where that is kept.
     contact_loads: Vec<Wrench>,
     keeps_contacts: bool,
+    /// Memory for where eyelets are.
+    sliding: Vec<Sliding>,
     /// Every so many steps a frame is kept.
     every: usize,
     /// What the player shows of the model, where that is not all.
@@ -86,6 +88,7 @@ impl<'a> Keep<'a> {
             contacts: Vec::new(),
             contact_loads: Vec::new(),
             keeps_contacts,
+            sliding: Vec::new(),
             every: run.every,
             part,
             rhythm: None,
@@ -134,6 +137,11 @@ impl<'a> Keep<'a> {
         self.files.push(state, forces, kept, simulation.time())?;
         if self.files.wanted.contact_forces {
             self.files.add_contacts(&self.contacts, simulation.time())?;
+        }
+        if !self.files.wanted.eyelets.is_empty() {
+            self.sliding.resize(model.sliding_joints.len(), Sliding::default());
+            simulation.store_sliding(&mut self.sliding);
+            self.files.add_eyelets(&self.sliding, simulation.time())?;
         }
         if let Some(curves) = &mut self.curves {
             if sampled.is_some() {

@@ -140,7 +140,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&model, &state, scene.run.steps);
     let probes = if args.writes() || scene_args.json { scene.probes.as_slice() } else { &[] };
-    let mut watch = Watch::new(&model, &state, time, probes, args.envelope);
+    let eyelets = if args.writes() || scene_args.json { scene.eyelets.as_slice() } else { &[] };
+    let mut watch = Watch::new(&model, &state, time, (probes, eyelets), args.envelope);
     let stops_apart = !args.keep_going && args.end_to_end.is_none();
     let beside = (&mut keep, &mut watch);
     let mut reached =
@@ -178,7 +179,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         &measured,
         &reached,
     )
-    .with_probes(watch.as_ref().and_then(|watch| watch.probes().cloned()));
+    .with_probes(watch.as_ref().and_then(|watch| watch.probes().cloned()))
+    .with_eyelets(watch.as_ref().and_then(|watch| watch.eyelets().cloned()));
     let conditions = Conditions::new("run", title)
         .with("machine", export::machine())
         .with("time step", format!("{:?} s", scene.run.dt));

@@ -153,6 +153,9 @@ pub(crate) struct Summary {
     /// What the probes have read, over all steps; missing in scenes without any.
     #[serde(skip_serializing_if = "Option::is_none")]
     probes: Option<OfProbes>,
+    /// Where eyelets were along their rods and how they pressed, over all steps; missing in scenes without any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    eyelets: Option<OfProbes>,
     /// What was held otherwise than the scene says, or was taken hold of on the way.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     held: Vec<Hold>,
@@ -244,6 +247,7 @@ impl Summary {
             too_coarse,
             sharp_joint: SharpJoint::of(scene, &measured.sharpest),
             probes: None,
+            eyelets: None,
             held: held.collect(),
             final_state_hash: hash(state),
         }
@@ -252,6 +256,11 @@ impl Summary {
     /// The same with what the probes have read.
     pub(crate) fn with_probes(self, probes: Option<OfProbes>) -> Self {
         Self { probes, ..self }
+    }
+
+    /// The same with what was read of eyelets.
+    pub(crate) fn with_eyelets(self, eyelets: Option<OfProbes>) -> Self {
+        Self { eyelets, ..self }
     }
 
     /// Prints it for a person: with what was `written`, and with the time of each stage if that is asked for.

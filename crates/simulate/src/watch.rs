@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use cosserat::motion::{Reaction, Wrench};
 use cosserat::simulation::{ContactForce, Simulation, contact_wrenches};
-use cosserat::state::{JointForce, Model, Probe, Quantity, Reading, State};
+use cosserat::state::{JointForce, Model, Probe, Quantity, Reading, Sliding, State};
 use export::Envelope;
 use serde::Serialize;
 
@@ -19,6 +19,21 @@ pub(crate) struct Extremes {
     max_time_s: f64,
 }
 
+impl Extremes {
+    /// Takes a value at a time into those of a column.
+    fn take(of: &mut BTreeMap<&'static str, Self>, column: &'static str, value: f64, time: f64) {
+        let new = Self { end: value, min: value, min_time_s: time, max: value, max_time_s: time };
+        let own = of.entry(column).or_insert(new);
+        own.end = value;
+        if value < own.min {
+            (own.min, own.min_time_s) = (value, time);
+        }
+        if value > own.max {
+            (own.max, own.max_time_s) = (value, time);
+        }
+    }
+}
+
 /// Columns with what was read, by the names of the probes. A column that nothing was read of is missing: that of a force
 /// before the first step.
 pub(crate) type OfProbes = BTreeMap<String, BTreeMap<&'static str, Extremes>>;
@@ -27,6 +42,10 @@ pub(crate) type OfProbes = BTreeMap<String, BTreeMap<&'static str, Extremes>>;
 pub(crate) struct Watch<'a> {
     probes: &'a [Probe],
     found: OfProbes,
+    /// Names of eyelets, and what is read of them.
+    eyelets: (&'a [String], OfProbes),
+    /// Memory for where they are.
+    sliding: Vec<Sliding>,
     pub(crate) envelope: Option<Envelope>,
     /// Whether a probe reads what holds rods, which needs the state before.
     reads_reactions: bool,
@@ -45,16 +64,18 @@ impl<'a> Watch<'a> {
         model: &Model,
         state: &State,
         time: f64,
-        probes: &'a [Probe],
+        (probes, eyelets): (&'a [Probe], &'a [String]),
         wants_envelope: bool,
     ) -> Option<Self> {
-        if probes.is_empty() && !wants_envelope {
+        if probes.is_empty() && eyelets.is_empty() && !wants_envelope {
             return None;
         }
         let mut quantities = probes.iter().flat_map(|probe| &probe.quantities);
         let mut watch = Self {
             probes,
             found: BTreeMap::new(),
+            eyelets: (eyelets, BTreeMap::new()),
+            sliding: vec![Sliding::default(); eyelets.len()],
             envelope: wants_envelope.then(|| Envelope::new(model)),
             reads_reactions: quantities.any(|&quantity| quantity == Quantity::Reaction),
             before: None,
@@ -76,12 +97,29 @@ impl<'a> Watch<'a> {
             contact_wrenches(&self.contact_forces, state, &mut contacts);
         }
         self.read(model, state, simulation.time(), &forces, &contacts);
+        self.read_eyelets(simulation);
         (self.forces, self.contacts) = (forces, contacts);
     }
 
     /// What the probes have read; `None` where there are none.
     pub(crate) fn probes(&self) -> Option<&OfProbes> {
         (!self.probes.is_empty()).then_some(&self.found)
+    }
+
+    /// What was read of eyelets; `None` where there are none.
+    pub(crate) fn eyelets(&self) -> Option<&OfProbes> {
+        (!self.eyelets.0.is_empty()).then_some(&self.eyelets.1)
+    }
+
+    fn read_eyelets(&mut self, simulation: &Simulation) {
+        simulation.store_sliding(&mut self.sliding);
+        let (names, found) = &mut self.eyelets;
+        for (name, Sliding { place, rate, force }) in names.iter().zip(&self.sliding) {
+            let own = found.entry(name.clone()).or_default();
+            for (column, value) in [("place_m", *place), ("rate_m_s", *rate), ("force_n", force.norm())] {
+                Extremes::take(own, column, value, simulation.time());
+            }
+        }
     }
 
     fn read(&mut self, model: &Model, state: &State, time: f64, forces: &[JointForce], contacts: &[Wrench]) {
@@ -98,15 +136,7 @@ impl<'a> Watch<'a> {
             let columns = probe.quantities.iter().flat_map(|quantity| quantity.columns());
             let found = self.found.entry(probe.name.clone()).or_default();
             for (&column, &value) in columns.zip(&values).filter(|(_, value)| value.is_finite()) {
-                let new = Extremes { end: value, min: value, min_time_s: time, max: value, max_time_s: time };
-                let own = found.entry(column).or_insert(new);
-                own.end = value;
-                if value < own.min {
-                    (own.min, own.min_time_s) = (value, time);
-                }
-                if value > own.max {
-                    (own.max, own.max_time_s) = (value, time);
-                }
+                Extremes::take(found, column, value, time);
             }
         }
         if self.reads_reactions {

@@ -6,6 +6,7 @@
 //!
 //! Where bodies can touch, an iteration has more parts (`exact/touching.rs`).
 
+mod sliding;
 mod touching;
 
 use component::{BodyPose, Component, Residuals};
@@ -23,6 +24,9 @@ use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
 use crate::start::StepGuess;
 use crate::step::{Interval, StepParams};
+
+use sliding::Bordered;
+pub(crate) use sliding::attempt_sliding;
 
 /// What the tangent leaves out is put right where it would leave more than this share of the square of the residual: Newton's
 /// method itself leaves about as much.
@@ -71,6 +75,7 @@ pub(crate) struct Exact<T> {
     poses: Vec<BodyPose<T>>,
     lambda: Vec<Spatial<T>>,
     touching: Touching,
+    bordered: Bordered,
 }
 
 impl<T: Real> Exact<T> {
@@ -90,6 +95,7 @@ impl<T: Real> Exact<T> {
             poses: Vec::with_capacity(bodies),
             lambda: Vec::with_capacity(joints),
             touching: Touching::default(),
+            bordered: Bordered::default(),
         }))
     }
 

@@ -1,0 +1,408 @@
+//! Sliding joints of a component: the eyelet's place along the rod as an unknown of the step.
+//!
+//! With c(s) the point of the rod's smooth centreline at the distance s from its start ([`rod::Centreline`]), r the eyelet and F the force on
+//! the rod (times dt^2, as all impulses are here), a step solves
+//!
+//! ```text
+//! r - c(s) = 0                      the eyelet is on the centreline
+//! c'(s).F = sigma k |c'(s)| |F|     it slides: friction along the rod, k = sin(atan(mu))
+//! s = s_0                           or it sticks, where |c'(s_0).F| <= k |c'| |F|
+//! ```
+//!
+//! beside the balance of momentum, to which F adds. Newton's method takes all of it together: what the rod answers comes from the factor of
+//! its own equations, and a small border has the forces and places (`dynamics/src/attempt/sliding.rs`). It is the work-conjugate
+//! pair of constraint and force of a Lagrange multiplier with a moving material point, as in Eulerian-on-Lagrangian cables (Sueda et al. 2011),
+//! on a centreline with a continuous tangent.
+
+use jointed::tangent::{Equations, curvature};
+use kernels::Spatial;
+use kernels::lane::Real;
+use kernels::math::Vec3;
+use rod::{Centreline, Model, Share, Sliding, SlidingJoint};
+
+use super::parts::vec3;
+use super::{Component, Members};
+use crate::snapshot::StateVisitor;
+
+/// Unknowns of a sliding joint: its force and its place.
+pub const UNKNOWNS: usize = 4;
+
+/// An eyelet that is so near to its place on the rod, in lengths of the segment there, is in it.
+const IN_PLACE: f64 = 1e-6;
+
+/// Whether an eyelet stays at its place on the rod.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Slip {
+    /// It stays where it was at the start of the step, or at an end of the rod.
+    Sticks,
+    /// It moves along the rod with this sign.
+    Slides(f64),
+}
+
+/// A sliding joint in motion.
+#[derive(Clone, Debug)]
+pub(super) struct Eyelet {
+    /// Which one of the model.
+    index: usize,
+    /// The rod's first body.
+    first: usize,
+    line: Centreline,
+    holder: usize,
+    /// In the holder's frame [m].
+    at: Vec3<f64>,
+    friction: f64,
+    /// sin(atan(mu)) of this step: see [`Component::begin_sliding`].
+    share: f64,
+    /// Distance along the rod [m], now and at the start of the step.
+    place: f64,
+    start: f64,
+    /// Its rate over the last step [m/s].
+    rate: f64,
+    slip: Slip,
+    slip_at_start: Slip,
+    /// Force on the rod times dt^2 [N s^2].
+    force: Vec3<f64>,
+    /// Force at the end of the last step [N].
+    last_force: Vec3<f64>,
+    /// The place to which it sticks.
+    target: f64,
+    /// The last step's change of force and place.
+    change: (Vec3<f64>, f64),
+}
+
+/// What an eyelet's unknowns do to a body that moves, and the body to its equations: columns of force along x, y, z and of the place.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyColumns {
+    /// The body.
+    pub body: usize,
+    /// What a unit of each unknown adds to force and torque on it.
+    pub columns: [Spatial<f64>; UNKNOWNS],
+    /// The row of the equation along the rod; rows of the other three are the columns.
+    pub row: Spatial<f64>,
+}
+
+/// A sliding joint's share of the border.
+#[derive(Clone, Debug, Default)]
+pub struct Border {
+    /// Bodies that it moves.
+    pub bodies: Vec<BodyColumns>,
+    /// How its equations change with its own unknowns.
+    pub own: [[f64; UNKNOWNS]; UNKNOWNS],
+    /// What they miss.
+    pub missed: [f64; UNKNOWNS],
+}
+
+impl<T: Real> Component<T> {
+    /// Whether any rod slides.
+    pub fn slides(&self) -> bool {
+        !self.eyelets.is_empty()
+    }
+
+    /// Adds what eyelets do to bodies to their impulses.
+    #[inline(always)]
+    pub(super) fn add_eyelets(&self, impulses: &mut [Spatial<T>]) {
+        for (impulse, &own) in impulses.iter_mut().zip(&self.eyelet_impulses) {
+            *impulse = impulse.plus(own, T::splat(1.0));
+        }
+    }
+
+    /// Takes eyelets back to the start of the step.
+    pub(super) fn roll_back_eyelets(&mut self) {
+        for eyelet in &mut self.eyelets {
+            (eyelet.place, eyelet.slip) = (eyelet.start, eyelet.slip_at_start);
+        }
+    }
+
+    /// Ends a step that is accepted.
+    pub(super) fn end_eyelets(&mut self) {
+        let (per_dt, effective) = (1.0 / self.dt, self.effective.lane(0));
+        for eyelet in &mut self.eyelets {
+            eyelet.rate = (eyelet.place - eyelet.start) * per_dt;
+            eyelet.last_force = eyelet.force * (1.0 / (effective * effective));
+        }
+    }
+
+    /// Shows a visitor what the next step begins with.
+    pub(super) fn visit_eyelets(&mut self, visitor: &mut StateVisitor<'_>) {
+        visitor.list(&mut self.eyelets, |visitor, eyelet| {
+            visitor.number(&mut eyelet.place);
+            visitor.number(&mut eyelet.rate);
+            visitor.vector(&mut eyelet.last_force);
+            let mut sign = match eyelet.slip {
+                Slip::Sticks => 0.0,
+                Slip::Slides(sign) => sign,
+            };
+            visitor.number(&mut sign);
+            eyelet.slip = if sign == 0.0 { Slip::Sticks } else { Slip::Slides(sign) };
+        });
+    }
+
+    /// Where the eyelets of the model are that these bodies slide in, and what they do.
+    pub fn each_sliding(&self, mut see: impl FnMut(usize, Sliding)) {
+        for eyelet in &self.eyelets {
+            let force = eyelet.last_force.0.into();
+            see(eyelet.index, Sliding { place: eyelet.place, rate: eyelet.rate, force });
+        }
+    }
+}
+
+impl Component<f64> {
+    /// Adds the model's sliding joints of these members, each where it is nearest to its eyelet.
+    pub fn add_eyelets_of(&mut self, model: &Model, members: &Members) {
+        for (index, joint) in model.sliding_joints.iter().enumerate() {
+            let body = members.body(rod::Body::Segment(joint.segments.start));
+            let (Some(first), Some(holder)) = (body, members.body(joint.holder)) else { continue };
+            let SlidingJoint { place, start, friction, .. } = joint;
+            let mut eyelet = Eyelet {
+                index,
+                first,
+                line: joint.centreline(model),
+                holder,
+                at: Vec3(vec3(place)),
+                friction: *friction,
+                share: 0.0,
+                place: *start,
+                start: *start,
+                rate: 0.0,
+                slip: Slip::Sticks,
+                slip_at_start: Slip::Sticks,
+                force: Vec3::zero(),
+                last_force: Vec3::zero(),
+                target: *start,
+                change: (Vec3::zero(), 0.0),
+            };
+            if *friction == 0.0 {
+                eyelet.slip = Slip::Slides(1.0);
+            }
+            self.eyelets.push(eyelet);
+        }
+        self.eyelet_impulses.resize(if self.eyelets.is_empty() { 0 } else { self.poses.len() }, Spatial::zero());
+        self.find_places();
+    }
+
+    /// Puts eyelets that are not where they began to where along their rods these are nearest to them: a run goes on from poses alone.
+    fn find_places(&mut self) {
+        for k in 0..self.eyelets.len() {
+            let (eyelet, at) = (&self.eyelets[k], self.eyelet_at(k));
+            let miss = |place: f64| (self.point(k, place, 0) - at).norm_squared();
+            if miss(eyelet.place).sqrt() < IN_PLACE * self.segment_length(k) {
+                continue;
+            }
+            let (length, steps) = (eyelet.line.length(), 64);
+            let mut best = eyelet.place;
+            for step in 0..=steps {
+                let place = length * f64::from(step) / f64::from(steps);
+                best = if miss(place) < miss(best) { place } else { best };
+            }
+            // Halving about the best of a grid: as exact as numbers are.
+            let mut reach = length / f64::from(steps);
+            while reach > 1e-15 * length {
+                let next = [best - reach, best + reach].map(|place| place.clamp(0.0, length));
+                match next.into_iter().find(|&place| miss(place) < miss(best)) {
+                    Some(place) => best = place,
+                    None => reach *= 0.5,
+                }
+            }
+            self.eyelets[k].place = best;
+        }
+    }
+
+    /// Where an eyelet is.
+    fn eyelet_at(&self, k: usize) -> Vec3<f64> {
+        let eyelet = &self.eyelets[k];
+        let pose = &self.poses[eyelet.holder];
+        pose.x + pose.q.rotate(eyelet.at)
+    }
+
+    /// The point of an eyelet's rod at this distance, or its first or second derivative.
+    fn point(&self, k: usize, place: f64, order: usize) -> Vec3<f64> {
+        let eyelet = &self.eyelets[k];
+        let share = |Share { segment, position, axis }: Share| {
+            let pose = &self.poses[eyelet.first + segment];
+            pose.x * position[order] + pose.q.axis() * axis[order]
+        };
+        let [a, b] = eyelet.line.at(place).map(share);
+        a + b
+    }
+
+    /// Begins an attempt at a step whose prediction is made: eyelets go on along their rods. `is_guessed`: multipliers are a guess, and forces
+    /// go on, too.
+    ///
+    /// The angle theta by which the rod turns from a segment before the eyelet to one behind it says how much of the normal force is friction
+    /// at most: as a rod of tensions `T exp(mu theta)` and T on a round edge presses and pulls it, `mu tanh(mu theta / 2) / (mu tan(theta / 2))`.
+    pub fn begin_sliding(&mut self, is_guessed: bool) {
+        let effective = self.effective;
+        for k in 0..self.eyelets.len() {
+            let (length, segment) = (self.eyelets[k].line.length(), self.segment_length(k));
+            let place = self.eyelets[k].place;
+            let ends = [place - segment, place + segment].map(|place| place.clamp(0.0, length));
+            let [a, b] = ends.map(|place| self.point(k, place, 1));
+            let cosine = a.dot(b) / (a.norm_squared() * b.norm_squared()).sqrt();
+            let (dt, eyelet) = (self.dt, &mut self.eyelets[k]);
+            let turn = cosine.clamp(-1.0, 1.0).acos();
+            let mu = eyelet.friction;
+            let slope = if turn > 1e-4 { (0.5 * mu * turn).tanh() / (0.5 * turn).tan() } else { mu };
+            eyelet.share = slope / (1.0 + slope * slope).sqrt();
+            (eyelet.start, eyelet.slip_at_start, eyelet.target) = (place, eyelet.slip, place);
+            eyelet.force = if is_guessed { eyelet.last_force * (effective * effective) } else { Vec3::zero() };
+            if let (true, Slip::Slides(_)) = (is_guessed, eyelet.slip) {
+                eyelet.place = (place + eyelet.rate * dt).clamp(0.0, length);
+            }
+        }
+        self.gather_eyelets();
+    }
+
+    /// The length of the segment at an eyelet [m].
+    fn segment_length(&self, k: usize) -> f64 {
+        let eyelet = &self.eyelets[k];
+        self.bodies[eyelet.first + eyelet.line.at(eyelet.place)[0].segment].length
+    }
+
+    /// Sums up what eyelets do to bodies, where poses, forces and places are now.
+    pub fn gather_eyelets(&mut self) {
+        self.eyelet_impulses.fill(Spatial::zero());
+        for k in 0..self.eyelets.len() {
+            let eyelet = &self.eyelets[k];
+            for Share { segment, position, axis } in eyelet.line.at(eyelet.place) {
+                let body = eyelet.first + segment;
+                let arm = self.poses[body].q.axis() * axis[0];
+                let own = Spatial { linear: eyelet.force * position[0], angular: arm.cross(eyelet.force) };
+                self.eyelet_impulses[body] = self.eyelet_impulses[body].plus(own, 1.0);
+            }
+            let arm = self.poses[eyelet.holder].q.rotate(eyelet.at);
+            let own = Spatial { linear: eyelet.force, angular: arm.cross(eyelet.force) };
+            self.eyelet_impulses[eyelet.holder] = self.eyelet_impulses[eyelet.holder].plus(own, -1.0);
+        }
+    }
+
+    /// How far eyelets are from their rods at most, in lengths of the segments there.
+    pub fn eyelet_gap(&self) -> f64 {
+        let gap = |k: usize| {
+            let missed = self.eyelet_at(k) - self.point(k, self.eyelets[k].place, 0);
+            missed.norm_squared().sqrt() / self.segment_length(k)
+        };
+        (0..self.eyelets.len()).map(gap).fold(0.0, f64::max)
+    }
+
+    /// Adds to the equations how forces of eyelets change as bodies turn.
+    pub fn add_eyelets_curvature(&self, Equations { bodies, .. }: &mut Equations<f64>) {
+        for eyelet in &self.eyelets {
+            for Share { segment, axis, .. } in eyelet.line.at(eyelet.place) {
+                let body = eyelet.first + segment;
+                let arm = self.poses[body].q.axis() * axis[0];
+                bodies[body].turning += curvature::of_force(eyelet.force, arm);
+            }
+            let arm = self.poses[eyelet.holder].q.rotate(eyelet.at);
+            bodies[eyelet.holder].turning += curvature::of_force(-eyelet.force, arm);
+        }
+    }
+
+    /// The border of an eyelet.
+    pub fn border(&self, k: usize, out: &mut Border) {
+        let eyelet = &self.eyelets[k];
+        let (force, place) = (eyelet.force, eyelet.place);
+        let [point, tangent, second] = [0, 1, 2].map(|order| self.point(k, place, order));
+        let missed = self.eyelet_at(k) - point;
+        let (size, speed) = (force.norm_squared().sqrt(), tangent.norm_squared().sqrt());
+        let unit = if size > 0.0 { force * (1.0 / size) } else { Vec3::zero() };
+        let sign = if let Slip::Slides(sign) = eyelet.slip { sign } else { 0.0 };
+        let sticks = eyelet.slip == Slip::Sticks;
+        let friction = sign * eyelet.share;
+        // c'.F - friction |c'| |F|, by what it changes with F and with c'.
+        let by_force = tangent - unit * (friction * speed);
+        let by_tangent = force - tangent * (friction * size / speed);
+        out.bodies.clear();
+        for Share { segment, position, axis } in eyelet.line.at(place) {
+            let body = eyelet.first + segment;
+            let direction = self.poses[body].q.axis();
+            let column = |c: usize| {
+                let mut along = Vec3::zero();
+                along.0[c] = 1.0;
+                Spatial { linear: along * position[0], angular: (direction * axis[0]).cross(along) }
+            };
+            let of = |f: Vec3<f64>| Spatial { linear: f * position[1], angular: (direction * axis[1]).cross(f) };
+            let columns = [column(0), column(1), column(2), of(force)];
+            out.bodies.push(BodyColumns { body, columns, row: if sticks { Spatial::zero() } else { of(by_tangent) } });
+        }
+        let arm = self.poses[eyelet.holder].q.rotate(eyelet.at);
+        let column = |c: usize| {
+            let mut along = Vec3::zero();
+            along.0[c] = -1.0;
+            Spatial { linear: along, angular: arm.cross(along) }
+        };
+        let columns = [column(0), column(1), column(2), Spatial::zero()];
+        out.bodies.push(BodyColumns { body: eyelet.holder, columns, row: Spatial::zero() });
+        out.bodies.retain(|columns| self.bodies[columns.body].free != 0.0);
+        out.own = [[0.0; UNKNOWNS]; UNKNOWNS];
+        for c in 0..3 {
+            out.own[c][3] = tangent.0[c];
+            out.own[3][c] = if sticks { 0.0 } else { by_force.0[c] };
+            out.missed[c] = missed.0[c];
+        }
+        out.own[3][3] = if sticks { 1.0 } else { by_tangent.dot(second) };
+        let along = friction * speed * size - tangent.dot(force);
+        out.missed[3] = if sticks { eyelet.target - place } else { along };
+    }
+
+    /// How many there are.
+    pub fn eyelet_count(&self) -> usize {
+        self.eyelets.len()
+    }
+
+    /// Takes the solution of the border: changes of the force and the place of each eyelet.
+    pub fn take_eyelets_solution(&mut self, solution: &[f64]) {
+        for (eyelet, new) in self.eyelets.iter_mut().zip(solution.chunks_exact(UNKNOWNS)) {
+            eyelet.change = (Vec3([new[0], new[1], new[2]]), new[3]);
+        }
+    }
+
+    /// Adds a share of the last solution; places stay on their rods.
+    pub fn move_eyelets(&mut self, share: f64) {
+        for eyelet in &mut self.eyelets {
+            let (force, place) = eyelet.change;
+            eyelet.force += force * share;
+            eyelet.place += place * share;
+        }
+        self.gather_eyelets();
+    }
+
+    /// How far the last solution moves eyelets along their rods at most, in lengths of the segments there.
+    pub fn eyelet_correction(&self) -> f64 {
+        let moved = |k: usize| self.eyelets[k].change.1.abs() / self.segment_length(k);
+        (0..self.eyelets.len()).map(moved).fold(0.0, f64::max)
+    }
+
+    /// Lets eyelets stick or slide by their forces and by where they went; returns whether any changes. What would leave its rod sticks to
+    /// the end of it; what slides the other way than its friction says sticks to where it was.
+    pub fn choose_slip(&mut self) -> bool {
+        let mut changes = false;
+        for k in 0..self.eyelets.len() {
+            let tangent = self.point(k, self.eyelets[k].place, 1);
+            let eyelet = &mut self.eyelets[k];
+            let length = eyelet.line.length();
+            let along = tangent.dot(eyelet.force) / tangent.norm_squared().sqrt();
+            let most = eyelet.share * eyelet.force.norm_squared().sqrt();
+            let before = (eyelet.slip, eyelet.target);
+            match eyelet.slip {
+                Slip::Slides(sign) => {
+                    let rounding = 1e-12 * length;
+                    if eyelet.place < 0.0 || eyelet.place > length {
+                        (eyelet.slip, eyelet.target) = (Slip::Sticks, eyelet.place.clamp(0.0, length));
+                    } else if eyelet.friction > 0.0 && sign * (eyelet.place - eyelet.start) < -rounding {
+                        (eyelet.slip, eyelet.target) = (Slip::Sticks, eyelet.start);
+                    }
+                }
+                Slip::Sticks => {
+                    let [is_first, is_last] = [eyelet.target <= 0.0, eyelet.target >= length];
+                    let excess = along.abs() - most * (1.0 + 1e-9);
+                    let is_pushed_in = !(is_first && along < 0.0 || is_last && along > 0.0);
+                    if excess > 0.0 && is_pushed_in {
+                        eyelet.slip = Slip::Slides(along.signum());
+                    }
+                }
+            }
+            changes |= before != (eyelet.slip, eyelet.target);
+        }
+        changes
+    }
+}

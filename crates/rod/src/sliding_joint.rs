@@ -1,0 +1,188 @@
+//! Sliding joints: a rod that runs through an eyelet, and the smooth centreline on which the eyelet's place moves.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+
+use crate::{Body, Model, ModelError, State};
+
+/// A rod runs through a small eyelet. The eyelet is on the rod's smooth centreline ([`Centreline`]); where along the rod is an unknown of
+/// each step. All turns are free. The rod cannot leave the eyelet: at its ends it stops.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SlidingJoint {
+    /// The rod's segments, in order.
+    pub segments: Range<usize>,
+    /// What the eyelet is part of: an anchor, or a segment that is none of the rod's.
+    pub holder: Body,
+    /// Place of the eyelet in the holder's frame, from its centre [m].
+    pub place: Vector3<f64>,
+    /// Distance along the rod, from its start, of the eyelet at the start [m].
+    pub start: f64,
+    /// Coefficient of Coulomb friction. A taut rod that turns by the angle theta in the eyelet begins to slide where its tensions differ by the
+    /// factor exp(friction theta).
+    pub friction: f64,
+}
+
+/// Where an eyelet is, and what it does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sliding {
+    /// Distance of the eyelet from the rod's start, along the rod [m].
+    pub place: f64,
+    /// Its rate over the last step [m/s].
+    pub rate: f64,
+    /// Force of the eyelet on the rod at the end of the last step [N].
+    pub force: Vector3<f64>,
+}
+
+/// The share of one segment in a point of a centreline: its centre times `position` plus its axis times `axis` [m]; each with its first and
+/// second derivative with respect to the distance along the rod.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Share {
+    /// Which segment of the rod.
+    pub segment: usize,
+    /// Of its centre.
+    pub position: [f64; 3],
+    /// Of its axis.
+    pub axis: [f64; 3],
+}
+
+/// The smooth centreline of a rod: through the centres of segments along their axes, between two of them a cubic (Hermite's) over the distance
+/// along the rod, straight beyond the outermost. So the tangent is continuous from segment to segment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Centreline {
+    /// Distances of the segments' centres from the rod's start [m].
+    centres: Vec<f64>,
+    length: f64,
+}
+
+impl Centreline {
+    /// That of segments of these lengths [m].
+    pub fn new(lengths: impl Iterator<Item = f64>) -> Self {
+        let mut end = 0.0;
+        let centre = |length: f64| {
+            end += length;
+            end - 0.5 * length
+        };
+        let centres = lengths.map(centre).collect();
+        Self { centres, length: end }
+    }
+
+    /// Length of the rod [m].
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// The shares of segments in the point at this distance from the rod's start: of two neighbours, or of the outermost one, twice, of which
+    /// the second has none.
+    pub fn at(&self, distance: f64) -> [Share; 2] {
+        let next = self.centres.partition_point(|&centre| centre <= distance);
+        if next == 0 || next == self.centres.len() {
+            let segment = next.saturating_sub(1);
+            let along = distance - self.centres.get(segment).copied().unwrap_or(0.0);
+            let none = Share { segment, ..Share::default() };
+            return [Share { segment, position: [1.0, 0.0, 0.0], axis: [along, 1.0, 0.0] }, none];
+        }
+        let (from, to) = (self.centres[next - 1], self.centres[next]);
+        let h = to - from;
+        let u = (distance - from) / h;
+        let position =
+            |sign: f64, value: f64| [value, sign * 6.0 * u * (u - 1.0) / h, sign * (12.0 * u - 6.0) / (h * h)];
+        let first = Share {
+            segment: next - 1,
+            position: position(1.0, (1.0 + 2.0 * u) * (1.0 - u) * (1.0 - u)),
+            axis: [h * u * (1.0 - u) * (1.0 - u), (1.0 - u) * (1.0 - 3.0 * u), (6.0 * u - 4.0) / h],
+        };
+        let second = Share {
+            segment: next,
+            position: position(-1.0, u * u * (3.0 - 2.0 * u)),
+            axis: [h * u * u * (u - 1.0), u * (3.0 * u - 2.0), (6.0 * u - 2.0) / h],
+        };
+        [first, second]
+    }
+}
+
+impl SlidingJoint {
+    /// The centreline of its rod.
+    pub fn centreline(&self, model: &Model) -> Centreline {
+        Centreline::new(model.segments[self.segments.clone()].iter().map(|segment| segment.length))
+    }
+
+    /// Where the rod's centreline is at a distance from its start [m].
+    pub fn point(&self, model: &Model, state: &State, distance: f64) -> Vector3<f64> {
+        let share = |Share { segment, position, axis }: Share| {
+            let segment = self.segments.start + segment;
+            state.positions[segment] * position[0] + state.orientations[segment] * Vector3::z() * axis[0]
+        };
+        self.centreline(model).at(distance).into_iter().map(share).sum()
+    }
+}
+
+impl Model {
+    /// Checks the sliding joints.
+    pub(crate) fn validate_sliding_joints(&self) -> Result<(), ModelError> {
+        let what = "sliding joint";
+        for (index, joint) in self.sliding_joints.iter().enumerate() {
+            let value = |quantity, value, allowed| Err(ModelError::Value { what, index, quantity, value, allowed });
+            let Range { start, end } = joint.segments;
+            let last = if end > start { end - 1 } else { start };
+            self.check_body(what, index, Body::Segment(last))?;
+            self.check_body(what, index, joint.holder)?;
+            if end <= start {
+                return value("number of segments", 0.0, "at least 1");
+            }
+            if matches!(joint.holder, Body::Segment(holder) if joint.segments.contains(&holder)) {
+                return value("its holder, segment", last as f64, "no segment of the rod that runs through it");
+            }
+            if let Some(&x) = joint.place.iter().find(|x| !x.is_finite()) {
+                return value("place", x, "finite");
+            }
+            if !(joint.friction.is_finite() && joint.friction >= 0.0) {
+                return value("friction", joint.friction, "finite and >= 0");
+            }
+            let length: f64 = self.segments[joint.segments.clone()].iter().map(|segment| segment.length).sum();
+            if !(joint.start >= 0.0 && joint.start <= length) {
+                return value("start", joint.start, "between 0 and the rod's length");
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_those_of_a_smooth_curve() {
+        let line = Centreline::new([1.0, 2.0, 0.5].into_iter());
+        assert_eq!(line.length(), 3.5);
+        let sum = |s: f64, order: usize, of: &dyn Fn(f64) -> [f64; 2]| {
+            line.at(s)
+                .iter()
+                .map(|share| {
+                    let [position, axis] = of(line.centres[share.segment]);
+                    position * share.position[order] + axis * share.axis[order]
+                })
+                .sum::<f64>()
+        };
+        let straight = |s: f64| [3.0 + 2.0 * s, 2.0];
+        let wave = |s: f64| [(0.3 * s).sin(), 0.3 * (0.3 * s).cos()];
+        for k in 0..=70 {
+            let s = 0.05 * k as f64;
+            assert!((sum(s, 0, &straight) - (3.0 + 2.0 * s)).abs() < 1e-12, "{s}");
+            let is_between = (0.5..=3.25).contains(&s);
+            assert!(!is_between || (sum(s, 0, &wave) - (0.3 * s).sin()).abs() < 5e-4, "{s}");
+            for order in 0..2 {
+                let h = 1e-6;
+                let slope = (sum(s + h, order, &wave) - sum(s - h, order, &wave)) / (2.0 * h);
+                // Second derivatives jump at centres.
+                let near = line.centres.iter().any(|centre| (centre - s).abs() < 2.0 * h);
+                assert!(near || (slope - sum(s, order + 1, &wave)).abs() < 1e-7, "{s} {order}: {slope}");
+            }
+        }
+        for &centre in &line.centres {
+            let jump = sum(centre + 1e-9, 1, &wave) - sum(centre - 1e-9, 1, &wave);
+            assert!(jump.abs() < 1e-8, "the tangent is continuous: {jump}");
+        }
+    }
+}
