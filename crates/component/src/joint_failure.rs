@@ -52,6 +52,7 @@ impl<T: Real> Component<T> {
             (pose.x, pose.q) = (kept.linear, Quat { v: kept.angular, w: free.select(start.q.w, pose.q.w) });
         }
         self.lambda.fill(Spatial::zero());
+        self.roll_back_eyelets();
         self.pushed.fill(Spatial::zero());
         self.pulls.fill(Vec3::zero());
         self.pulls_hold = false;

@@ -92,6 +92,13 @@ pub struct Border {
     pub missed: [f64; UNKNOWNS],
 }
 
+impl Border {
+    /// Whether its place is an unknown.
+    pub fn slides(&self) -> bool {
+        self.own[3][..3] != [0.0; 3]
+    }
+}
+
 impl<T: Real> Component<T> {
     /// Whether any rod slides.
     pub fn slides(&self) -> bool {

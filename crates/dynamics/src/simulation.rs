@@ -148,8 +148,8 @@ fn sliding_of(model: &Model, settings: &Settings) -> Result<(), SimulationError>
     if !settings.step.formulation.momentum() {
         return Err(SimulationError::Sliding("formulation newton"));
     }
-    if !model.contacts.is_empty() {
-        return Err(SimulationError::Sliding("a model without contacts and obstacles"));
+    if settings.step.contact_projection != ContactProjection::Coupled && !model.contacts.is_empty() {
+        return Err(SimulationError::Sliding("contacts that are coupled"));
     }
     Ok(())
 }
@@ -236,7 +236,7 @@ impl Simulation {
                 let mut set = ConnectedSet::new(component, members, Projector::Solve { solver, guess });
                 if may_be_exact || alike.slides {
                     set.exact = Exact::new(&alike.topology);
-                    set.tangents = (!exact && set.exact.is_some()).then(|| TangentChoice::new(&alike.topology));
+                    set.tangents = (!exact && !alike.slides && set.exact.is_some()).then(|| TangentChoice::new(&alike.topology));
                 }
                 if alike.slides && !alike.topology.elimination.is_some() {
                     return Err(SimulationError::Sliding("rods without loops"));

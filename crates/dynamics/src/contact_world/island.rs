@@ -7,7 +7,8 @@ use kernels::math::Sym3;
 use kernels::parallel;
 
 use crate::attempt::{
-    TangentChoice, begin, convergence_rate, count_solve, count_step, evaluate, finish, may_go_on, solve, update,
+    TangentChoice, begin, begin_sliding, convergence_rate, count_solve, count_step, evaluate, evaluate_sliding, finish,
+    may_go_on, solve, update,
 };
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::{Counters, Stopwatch};
@@ -288,6 +289,14 @@ pub(super) fn each(sets: &mut [Box<ConnectedSet>], segments: usize, work: impl F
     parallel::each(sets, segments_grain(segments), |_, set| work(set));
 }
 
+/// Evaluates a set.
+fn evaluate_set(set: &mut ConnectedSet, formulation: Formulation) {
+    set.attempt.residuals = match set.component.slides() {
+        true => evaluate_sliding(&mut set.component, &mut set.counters),
+        false => evaluate(&mut set.component, formulation, &mut set.counters),
+    };
+}
+
 /// Prediction, guess for the step's start, first evaluation of a set.
 pub(super) fn begin_set(
     set: &mut ConnectedSet,
@@ -304,6 +313,9 @@ pub(super) fn begin_set(
         Projector::Solve { guess: Some(guess), .. } if guessing => begin(component, interval, params, guess, counters),
         _ => begin(component, interval, params, &mut NoGuess, counters),
     };
+    if component.slides() {
+        begin_sliding(component, &mut set.attempt, counters);
+    }
     set.takes_part = true;
 }
 
@@ -322,7 +334,7 @@ impl Steps for Island<'_> {
             set.takes_part = true;
             if guessed {
                 // Contacts press from the start.
-                set.attempt.residuals = evaluate(&mut set.component, params.formulation, &mut set.counters);
+                evaluate_set(set, params.formulation);
             }
         });
         let mut correction = f64::INFINITY;
@@ -358,10 +370,15 @@ impl Steps for Island<'_> {
             contact = self.observe(params, iteration);
             self.each(|set| {
                 let mut watch = Stopwatch::start();
-                set.attempt.residuals = evaluate(&mut set.component, params.formulation, &mut set.counters);
+                evaluate_set(set, params.formulation);
                 watch.mark(&mut set.counters.times.assemble);
             });
             correction = self.judge(correction);
+            self.each(|set| {
+                if set.component.slides() && set.component.choose_slip() {
+                    set.attempt.error = f64::INFINITY;
+                }
+            });
         }
         let own = self.sets.iter().map(|set| set.attempt.status(0)).max().unwrap_or(Status::Converged);
         if self.stage.turns_too_far(self.shared) { own.max(Status::OutOfIterations) } else { own }

@@ -11,9 +11,10 @@
 //! The factor of K serves all columns. The border is small, dense, and not symmetric where there is friction. All else is as in
 //! [`super`].
 
-use component::{Border, Component, UNKNOWNS};
+use component::{Border, BodyColumns, Component, Residuals, UNKNOWNS};
+use jointed::linear::articulated::Side;
 use kernels::Spatial;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::Exact;
 use crate::attempt::{Attempt, begin, evaluate, may_go_on};
@@ -35,24 +36,34 @@ pub(super) struct Bordered {
     own: (Vec<Spatial<f64>>, Vec<Spatial<f64>>),
     /// Right-hand sides of bodies and joints.
     sides: (Vec<Spatial<f64>>, Vec<Spatial<f64>>),
+    /// The factor of the border.
+    factor: Option<LU<f64, Dyn, Dyn>>,
+}
+
+impl Bordered {
+    /// Whether there are eyelets.
+    pub(super) fn is_there(&self) -> bool {
+        !self.borders.is_empty()
+    }
 }
 
 impl Exact<f64> {
     /// Solves for a step from the last evaluation; returns whether it could.
-    fn find_bordered(&mut self, component: &mut Component<f64>, counters: &mut Counters) -> bool {
+    pub(super) fn find_bordered(&mut self, component: &mut Component<f64>, counters: &mut Counters) -> bool {
         let mut watch = Stopwatch::start();
         component.gather(&mut self.equations, 1.0);
         component.add_eyelets_curvature(&mut self.equations);
         watch.mark(&mut counters.times.assemble);
-        let solved = self.elimination.solve(&self.equations) && self.solve_border(component);
+        let solved =
+            self.elimination.solve(&self.equations) && self.factor_border(component) && self.solve_border(component);
         watch.mark(&mut counters.times.solve);
         solved
     }
 
-    /// Takes the eyelets into the solution of the rods' own equations.
-    fn solve_border(&mut self, component: &mut Component<f64>) -> bool {
-        let Self { equations, elimination, bordered, dp, .. } = self;
-        let Bordered { borders, columns, own, sides, .. } = bordered;
+    /// Makes the border of the eyelets after a solve of the rods' own equations, whose solution stays; returns whether it could.
+    fn factor_border(&mut self, component: &Component<f64>) -> bool {
+        let Self { equations, elimination, bordered, .. } = self;
+        let Bordered { borders, columns, own, sides, factor } = bordered;
         let count = component.eyelet_count();
         borders.resize_with(count, Border::default);
         borders.iter_mut().enumerate().for_each(|(k, border)| component.border(k, border));
@@ -83,28 +94,31 @@ impl Exact<f64> {
         for (joint, side) in equations.joints.iter_mut().zip(&sides.1) {
             joint.rhs = *side;
         }
-        let along = |row: usize, corrections: &[Spatial<f64>]| -> f64 {
-            let of = |own: &component::BodyColumns| {
-                let row = if row % UNKNOWNS == 3 { own.row } else { own.columns[row % UNKNOWNS] };
-                row.dot(corrections[own.body])
-            };
-            borders[row / UNKNOWNS].bodies.iter().map(of).sum()
-        };
-        // The first three rows are c - r of the rod less the eyelet.
         let size = count * UNKNOWNS;
         let matrix = DMatrix::from_fn(size, size, |row, column| {
             let is_own = row / UNKNOWNS == column / UNKNOWNS;
             let own = if is_own { borders[row / UNKNOWNS].own[row % UNKNOWNS][column % UNKNOWNS] } else { 0.0 };
-            own + along(row, &columns[column].0)
+            own + along(&borders[row / UNKNOWNS], row, &columns[column].0)
         });
-        let missed =
-            DVector::from_fn(size, |row, _| borders[row / UNKNOWNS].missed[row % UNKNOWNS] - along(row, &own.0));
-        let Some(solution) = matrix.lu().solve(&missed).filter(|solution| is_of_tree && solution.iter().all(|x| x.is_finite()))
-        else {
-            return false;
-        };
         elimination.corrections.clone_from(&own.0);
         elimination.multipliers.clone_from(&own.1);
+        *factor = is_of_tree.then(|| matrix.lu());
+        is_of_tree
+    }
+
+    /// Takes the eyelets into the last solution of the rods' own equations; returns whether it could.
+    pub(super) fn solve_border(&mut self, component: &mut Component<f64>) -> bool {
+        let Self { elimination, bordered, dp, .. } = self;
+        let Bordered { borders, columns, factor, .. } = bordered;
+        let size = borders.len() * UNKNOWNS;
+        let missed = DVector::from_fn(size, |row, _| {
+            let border = &borders[row / UNKNOWNS];
+            border.missed[row % UNKNOWNS] - along(border, row, &elimination.corrections)
+        });
+        let solution = factor.as_ref().and_then(|factor| factor.solve(&missed));
+        let Some(solution) = solution.filter(|solution| solution.iter().all(|x| x.is_finite())) else {
+            return false;
+        };
         for (share, (corrections, multipliers)) in solution.iter().zip(&*columns) {
             let add = |to: &mut [Spatial<f64>], from: &[Spatial<f64>]| {
                 to.iter_mut().zip(from).for_each(|(to, from)| *to = to.plus(*from, *share));
@@ -118,13 +132,68 @@ impl Exact<f64> {
     }
 }
 
+impl Exact<f64> {
+    /// What the eyelets change in the work that unit forces of the `sides` do on each other's answers. Friction in eyelets is left out, for
+    /// which the operator would not be symmetric.
+    pub(super) fn couple_through_eyelets(
+        &self,
+        sides: &[Side],
+        mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
+    ) {
+        let Bordered { borders, columns, .. } = &self.bordered;
+        let size = borders.len() * UNKNOWNS;
+        // Of one that sticks the place is no unknown.
+        let is_free = |k: usize| k % UNKNOWNS < 3 || borders[k / UNKNOWNS].slides();
+        let matrix = DMatrix::from_fn(size, size, |row, column| {
+            if !(is_free(row) && is_free(column)) {
+                return f64::from(u8::from(row == column));
+            }
+            let border = &borders[row / UNKNOWNS];
+            let (r, c) = (row % UNKNOWNS, column % UNKNOWNS);
+            let own = match row / UNKNOWNS == column / UNKNOWNS {
+                true if r < 3 => border.own[r][c],
+                true => border.own[c.min(r)][c.max(r)],
+                false => 0.0,
+            };
+            let of = |own: &BodyColumns| own.columns[r].dot(columns[column].0[own.body]);
+            own + border.bodies.iter().map(of).sum::<f64>()
+        });
+        let answer = |side: &Side, c: usize, k: usize| {
+            if is_free(k) { side.forces[c].dot(columns[k].0[side.body as usize]) } else { 0.0 }
+        };
+        let answers = DMatrix::from_fn(3 * sides.len(), size, |row, k| answer(&sides[row / 3], row % 3, k));
+        let Some(solved) = matrix.lu().solve(&answers.transpose()) else { return };
+        let less = answers * solved;
+        for t in 0..sides.len() {
+            for s in 0..=t {
+                block(s, t, [0, 1, 2].map(|r| [0, 1, 2].map(|c| -less[(3 * s + r, 3 * t + c)])));
+            }
+        }
+    }
+}
+
+/// What the bodies' corrections do to a row of the border.
+fn along(border: &Border, row: usize, corrections: &[Spatial<f64>]) -> f64 {
+    let of = |own: &BodyColumns| {
+        let row = if row % UNKNOWNS == 3 { own.row } else { own.columns[row % UNKNOWNS] };
+        row.dot(corrections[own.body])
+    };
+    border.bodies.iter().map(of).sum()
+}
+
 /// What the state misses, eyelets included.
-fn evaluate_sliding(component: &mut Component<f64>, counters: &mut Counters) -> component::Residuals<f64> {
+pub(crate) fn evaluate_sliding(component: &mut Component<f64>, counters: &mut Counters) -> Residuals<f64> {
     let mut residuals = evaluate(component, Formulation::Newton, counters);
     let gap = component.eyelet_gap();
     residuals.stretch = residuals.stretch.max(gap);
     residuals.check += gap;
     residuals
+}
+
+/// Begins to slide in an attempt that has begun.
+pub(crate) fn begin_sliding(component: &mut Component<f64>, attempt: &mut Attempt<f64>, counters: &mut Counters) {
+    component.begin_sliding(attempt.start != Start::Prediction);
+    attempt.residuals = evaluate_sliding(component, counters);
 }
 
 /// [`crate::attempt::attempt`] for a set whose rods run through eyelets.
@@ -138,8 +207,7 @@ pub(crate) fn attempt_sliding(
 ) -> Attempt<f64> {
     component.is_apart = true;
     let mut attempt = begin(component, interval, params, guess, counters);
-    component.begin_sliding(attempt.start != Start::Prediction);
-    attempt.residuals = evaluate_sliding(component, counters);
+    begin_sliding(component, &mut attempt, counters);
     let mut before = attempt.error;
     for iteration in 0..params.max_iterations.saturating_mul(2) {
         let now = attempt.error;

@@ -44,7 +44,10 @@ impl Exact<f64> {
     ) -> bool {
         let may_be = !self.touching.is_given_up && self.elimination.is_of_tree() && component.has_multipliers(0);
         let worst = (attempt.residuals.worst(), attempt.target);
-        self.touching.is_taken = may_be && self.find(component, 1, worst, counters) != 0;
+        self.touching.is_taken = match component.slides() {
+            true => self.find_bordered(component, counters),
+            false => may_be && self.find(component, 1, worst, counters) != 0,
+        };
         if self.touching.is_taken {
             count_iteration(component, &LinearInfo::default(), 1, false, counters);
         }
@@ -65,7 +68,11 @@ impl Exact<f64> {
             body.defect = body.defect.plus(*push, 1.0);
         }
         elimination.solve_again(equations);
-        component.take_solution(elimination, dp, 1.0);
+        match component.slides() {
+            // What has a factor has a solution.
+            true => _ = self.solve_border(component),
+            false => component.take_solution(elimination, dp, 1.0),
+        }
         watch.mark(&mut counters.times.contact);
     }
 
@@ -76,6 +83,10 @@ impl Exact<f64> {
         poses.clone_from(&component.poses);
         lambda.clone_from(&component.lambda);
         component.go_on_from((poses, lambda), dp, 1.0, 1.0);
+        if component.slides() {
+            component.move_eyelets(1.0);
+            component.correction = component.correction.max(component.eyelet_correction());
+        }
         watch.mark(&mut counters.times.update);
     }
 
@@ -84,14 +95,17 @@ impl Exact<f64> {
         &mut self,
         topology: &Arc<Topology>,
         sides: &[Side],
-        block: impl FnMut(usize, usize, [[f64; 3]; 3]),
+        mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
     ) {
         let Self { equations, elimination, touching: Touching { transfers, .. }, .. } = self;
         if transfers.as_ref().is_none_or(|transfers| !transfers.is_of(topology)) {
             *transfers = Articulated::rooted(topology).map(Box::new);
         }
         let Some(transfers) = transfers else { return };
-        transfers.couple_following(|take| elimination.each_answer(equations, take), sides, block);
+        transfers.couple_following(|take| elimination.each_answer(equations, take), sides, &mut block);
+        if self.bordered.is_there() {
+            self.couple_through_eyelets(sides, block);
+        }
     }
 }
 
