@@ -105,6 +105,15 @@ impl<T: Real> Component<T> {
         !self.eyelets.is_empty()
     }
 
+    /// Whether an eyelet came to an end of its rod in the step under way: an impact.
+    pub fn eyelet_hits(&self) -> bool {
+        let hits = |eyelet: &Eyelet| {
+            let ends = [0.0, eyelet.line.length()];
+            eyelet.slip == Slip::Sticks && ends.contains(&eyelet.target) && eyelet.start != eyelet.target
+        };
+        self.eyelets.iter().any(hits)
+    }
+
     /// Adds what eyelets do to bodies to their impulses.
     #[inline(always)]
     pub(super) fn add_eyelets(&self, impulses: &mut [Spatial<T>]) {

@@ -253,8 +253,9 @@ impl Steps for ConnectedSet {
         if let Some(substeps) = &mut self.substeps {
             substeps.push(Substep::of(&self.component, 0));
         }
+        let hits = self.component.eyelet_hits();
         finish(&mut self.component, params.formulation, 1.0, &mut self.counters);
-        if status != Status::Converged {
+        if hits || status != Status::Converged {
             self.component.begin_anew(1.0);
         }
         status

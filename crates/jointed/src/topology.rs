@@ -52,6 +52,8 @@ pub struct Topology {
     pub resumptions: usize,
     /// Segments with three or more joints.
     pub branches: usize,
+    /// Bodies that move and have no joint.
+    pub lone: Vec<u32>,
 }
 
 impl Topology {
@@ -64,7 +66,9 @@ impl Topology {
         let stack_depth = stack_depth(nodes);
         let resumptions = nodes.iter().filter(|node| node.resumes && node.leaves != Leaves::Nothing).count();
         let branches = (0..fixed.len()).filter(|&body| !fixed[body] && incident.of(body).len() > 2).count();
-        Self { joints, fixed, elimination, fold, stack_depth, resumptions, branches }
+        let is_lone = |&body: &u32| !fixed[body as usize] && incident.of(body as usize).is_empty();
+        let lone = (0..fixed.len() as u32).filter(is_lone).collect();
+        Self { joints, fixed, elimination, fold, stack_depth, resumptions, branches, lone }
     }
 
     /// Number of bodies.

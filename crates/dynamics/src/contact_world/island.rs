@@ -422,7 +422,8 @@ impl Steps for Island<'_> {
         if let Some(whole) = self.workspace.whole {
             self.stage.note_strays(self.shared, &self.sets, (self.workspace.end - whole.time) / whole.dt);
         }
-        let begins_anew = self.stage.end_step(self.shared) || status != Status::Converged;
+        let hits = self.sets.iter().any(|set| set.component.eyelet_hits());
+        let begins_anew = self.stage.end_step(self.shared) || hits || status != Status::Converged;
         if let Some(whole) = self.whole {
             let touching = self.stage.slopes(self.shared, &mut self.sets, params.contact_tolerance);
             self.workspace.substeps.extend(Substep::of_all(self.sets.as_slice(), whole, touching, begins_anew));

@@ -59,7 +59,7 @@ impl<T: Real, const M: usize> TreeElimination<T, M> {
             left: vec![Left::new(zero, Spatial::zero()); topology.bodies()],
             factors: vec![(Factor::zero(), [[[T::zero(); M]; 3]; 2]); nodes - halves.1],
             halves,
-            roots: Vec::with_capacity(ends + 1),
+            roots: Vec::with_capacity(ends + 1 + topology.lone.len()),
             roots_left: 0,
             mended: T::zero(),
             solved: T::zero(),
@@ -121,15 +121,16 @@ impl<T: Real, const M: usize> TreeElimination<T, M> {
         if k < first { k } else { k - count }
     }
 
-    /// Eliminates a single body, and the far one.
+    /// Eliminates bodies without joints, and the far one.
     pub(super) fn end(&mut self, problem: &Problem<'_, T>) {
         if !self.is_solved() {
             return;
         }
-        if problem.nodes().is_empty() {
-            self.left[0] = problem.fresh(0);
-            self.eliminate_root(problem, 0, T::splat(1.0));
-        } else if let Some(far) = problem.far {
+        for &body in &problem.topology.lone {
+            self.left[body as usize] = problem.fresh(body);
+            self.eliminate_root(problem, body, T::splat(1.0));
+        }
+        if let Some(far) = problem.far {
             self.eliminate_root(problem, far as u32, problem.equations.joints[0].length);
         }
     }
@@ -270,7 +271,7 @@ impl<T: Real, const M: usize> TreeElimination<T, M> {
         self.roots.push(Root { movement: factor.backward(rows), factor: Some(factor) });
     }
 
-    /// The movement of the far body, or of a single one, and the numbers that all columns are for.
+    /// The movements of the far body and of those without joints, and the numbers that all columns are for.
     pub(super) fn first_movements(&mut self, problem: &Problem<'_, T>, corrections: &mut [Spatial<T>]) -> [T; M] {
         let mut numbers = [T::zero(); M];
         numbers[0] = T::splat(1.0);
@@ -278,8 +279,9 @@ impl<T: Real, const M: usize> TreeElimination<T, M> {
         if let Some(far) = problem.far {
             self.substitute_root(far, &numbers, corrections);
             numbers[1..].copy_from_slice(&corrections[far].to_array());
-        } else if problem.nodes().is_empty() {
-            self.substitute_root(0, &numbers, corrections);
+        }
+        for &body in problem.topology.lone.iter().rev() {
+            self.substitute_root(body as usize, &numbers, corrections);
         }
         numbers
     }
@@ -412,19 +414,19 @@ impl<T: Real> TreeElimination<T, 1> {
     /// The bodies that are left alone and move, and how they answer forces on themselves and beyond.
     pub(super) fn each_root(&self, problem: &Problem<'_, T>, see: &mut impl FnMut(u32, [Spatial<T>; 6])) {
         let ends = problem.nodes().iter().filter(|node| node.leaves == Leaves::Nothing).map(|node| node.inner);
-        let single = problem.nodes().is_empty().then_some(0);
-        for (body, root) in ends.chain(single).zip(&self.roots) {
+        let lone = problem.topology.lone.iter().copied();
+        for (body, root) in ends.chain(lone).zip(&self.roots) {
             if let Some(factor) = &root.factor {
                 see(body, factor.inverse());
             }
         }
     }
 
-    /// Ends that: a single body has no node.
+    /// Ends that: bodies without joints have no node.
     pub(super) fn end_carrying(&mut self, problem: &Problem<'_, T>) {
-        if problem.nodes().is_empty() {
-            self.set_carried(0, problem.force(0));
-            self.carry_to_root(0);
+        for &body in &problem.topology.lone {
+            self.set_carried(body as usize, problem.force(body));
+            self.carry_to_root(body as usize);
         }
     }
 
