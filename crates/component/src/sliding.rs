@@ -241,8 +241,8 @@ impl Component<f64> {
         a + b
     }
 
-    /// Begins an attempt at a step whose prediction is made: eyelets go on along their rods. `is_guessed`: multipliers are a guess, and forces
-    /// go on, too.
+    /// Begins an attempt at a step whose prediction is made: forces are those of the step before. `is_guessed`: so are multipliers, and eyelets go
+    /// on along their rods.
     ///
     /// The angle theta by which the rod turns from a segment before the eyelet to one behind it says how much of the normal force is friction
     /// at most: as a rod of tensions `T exp(mu theta)` and T on a round edge presses and pulls it, `mu tanh(mu theta / 2) / (mu tan(theta / 2))`.
@@ -260,7 +260,7 @@ impl Component<f64> {
             let slope = if turn > 1e-4 { (0.5 * mu * turn).tanh() / (0.5 * turn).tan() } else { mu };
             eyelet.share = slope / (1.0 + slope * slope).sqrt();
             (eyelet.start, eyelet.slip_at_start, eyelet.target) = (place, eyelet.slip, place);
-            eyelet.force = if is_guessed { eyelet.last_force * (effective * effective) } else { Vec3::zero() };
+            eyelet.force = eyelet.last_force * (effective * effective);
             if let (true, Slip::Slides(_)) = (is_guessed, eyelet.slip) {
                 eyelet.place = (place + eyelet.rate * dt).clamp(0.0, length);
             }
