@@ -372,6 +372,15 @@ impl Component<f64> {
         }
     }
 
+    /// Takes the forces of the last solution, and leaves places where they are.
+    pub fn take_eyelets_forces(&mut self) {
+        for eyelet in &mut self.eyelets {
+            let (force, _) = eyelet.change;
+            eyelet.force += force;
+        }
+        self.gather_eyelets();
+    }
+
     /// Adds a share of the last solution; places stay on their rods.
     pub fn move_eyelets(&mut self, share: f64) {
         for eyelet in &mut self.eyelets {

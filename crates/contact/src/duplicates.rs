@@ -12,8 +12,8 @@ use kernels::math::Vec3;
 use kernels::parallel;
 use rod::{Body, Joint, Model};
 
-use super::geometry::Contact;
 use super::contacts_grain;
+use super::geometry::Contact;
 use super::key::{Feature, Key, Partner};
 use super::shape::Shape;
 

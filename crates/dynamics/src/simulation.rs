@@ -236,7 +236,8 @@ impl Simulation {
                 let mut set = ConnectedSet::new(component, members, Projector::Solve { solver, guess });
                 if may_be_exact || alike.slides {
                     set.exact = Exact::new(&alike.topology);
-                    set.tangents = (!exact && !alike.slides && set.exact.is_some()).then(|| TangentChoice::new(&alike.topology));
+                    set.tangents =
+                        (!exact && !alike.slides && set.exact.is_some()).then(|| TangentChoice::new(&alike.topology));
                 }
                 if alike.slides && !alike.topology.elimination.is_some() {
                     return Err(SimulationError::Sliding("rods without loops"));

@@ -108,7 +108,20 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         return source.wrong(span, &format!("this gives a model that cannot be simulated: {error}"));
     }
     let (name, description) = (stem(source.file), file.description.clone());
-    Ok(Scene { name, description, model, state, run, rods, obstacles, eyelets, probes, from, begins_at_rest, text: None })
+    Ok(Scene {
+        name,
+        description,
+        model,
+        state,
+        run,
+        rods,
+        obstacles,
+        eyelets,
+        probes,
+        from,
+        begins_at_rest,
+        text: None,
+    })
 }
 
 fn air(source: &Source, air: &format::Air) -> Result<Air> {

@@ -126,7 +126,14 @@ impl Wanted<'_> {
         let of_snapshot = [SNAPSHOT].into_iter().filter(|_| self.snapshot);
         let of_input = [INPUT].into_iter().filter(|_| self.input.is_some());
         let of_formats = self.formats.iter().flat_map(|format| format.outputs(model));
-        let tables = self.table.into_iter().chain(of_probes).chain(of_contacts).chain(of_eyelets).chain(of_envelope).chain(of_formats);
+        let tables = self
+            .table
+            .into_iter()
+            .chain(of_probes)
+            .chain(of_contacts)
+            .chain(of_eyelets)
+            .chain(of_envelope)
+            .chain(of_formats);
         of_motion
             .chain(of_snapshot)
             .chain(of_input)

@@ -26,7 +26,7 @@ use crate::start::StepGuess;
 use crate::step::{Interval, StepParams};
 
 use sliding::Bordered;
-pub(crate) use sliding::{attempt_sliding, begin_sliding, evaluate_sliding};
+pub(crate) use sliding::{attempt_sliding, evaluate_sliding};
 
 /// What the tangent leaves out is put right where it would leave more than this share of the square of the residual: Newton's
 /// method itself leaves about as much.

@@ -7,8 +7,8 @@ use kernels::math::Sym3;
 use kernels::parallel;
 
 use crate::attempt::{
-    TangentChoice, begin, begin_sliding, convergence_rate, count_solve, count_step, evaluate, evaluate_sliding, finish,
-    may_go_on, solve, update,
+    TangentChoice, begin, convergence_rate, count_solve, count_step, evaluate, evaluate_sliding, finish, may_go_on,
+    solve, update,
 };
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::{Counters, Stopwatch};
@@ -308,13 +308,13 @@ pub(super) fn begin_set(
     set.component.hold_back(held_back);
     set.component.pushed.fill(Spatial::zero());
     set.component.contact_stiffness.fill(Sym3::zero());
-    let ConnectedSet { component, projector, counters, .. } = set;
+    let ConnectedSet { component, projector, exact, counters, .. } = set;
     set.attempt = match projector {
         Projector::Solve { guess: Some(guess), .. } if guessing => begin(component, interval, params, guess, counters),
         _ => begin(component, interval, params, &mut NoGuess, counters),
     };
-    if component.slides() {
-        begin_sliding(component, &mut set.attempt, counters);
+    if let (true, Some(exact)) = (component.slides(), exact) {
+        exact.begin_sliding(component, &mut set.attempt, counters);
     }
     set.takes_part = true;
 }

@@ -3,8 +3,8 @@
 use std::sync::atomic::AtomicBool;
 
 use component::BodyPose;
-use contact::geometry::Contact;
 use contact::contacts_grain;
+use contact::geometry::Contact;
 use contact::shape::Shape;
 use friction::buckets;
 use friction::delassus::{Chunk, Part};

@@ -6,9 +6,9 @@ mod slopes;
 
 use component::Component;
 use contact::broad_phase::BroadPhase;
+use contact::contacts_grain;
 use contact::duplicates::{self, Holders};
 use contact::geometry::{Contact, World};
-use contact::contacts_grain;
 use contact::mesh_contacts::{Deepest, let_wait};
 use contact::motion_bound::MotionBounds;
 use contact::shape::{Poses, Shape};

@@ -11,7 +11,7 @@
 //! The factor of K serves all columns. The border is small, dense, and not symmetric where there is friction. All else is as in
 //! [`super`].
 
-use component::{Border, BodyColumns, Component, Residuals, UNKNOWNS};
+use component::{BodyColumns, Border, Component, Residuals, UNKNOWNS};
 use jointed::linear::articulated::Side;
 use kernels::Spatial;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
@@ -135,11 +135,7 @@ impl Exact<f64> {
 impl Exact<f64> {
     /// What the eyelets change in the work that unit forces of the `sides` do on each other's answers. Friction in eyelets is left out, for
     /// which the operator would not be symmetric.
-    pub(super) fn couple_through_eyelets(
-        &self,
-        sides: &[Side],
-        mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
-    ) {
+    pub(super) fn couple_through_eyelets(&self, sides: &[Side], mut block: impl FnMut(usize, usize, [[f64; 3]; 3])) {
         let Bordered { borders, columns, .. } = &self.bordered;
         let size = borders.len() * UNKNOWNS;
         // Of one that sticks the place is no unknown.
@@ -190,10 +186,36 @@ pub(crate) fn evaluate_sliding(component: &mut Component<f64>, counters: &mut Co
     residuals
 }
 
-/// Begins to slide in an attempt that has begun.
-pub(crate) fn begin_sliding(component: &mut Component<f64>, attempt: &mut Attempt<f64>, counters: &mut Counters) {
-    component.begin_sliding(attempt.start != Start::Prediction);
-    attempt.residuals = evaluate_sliding(component, counters);
+impl Exact<f64> {
+    /// Begins to slide in an attempt that has begun. From a prediction, where joints transmit nothing yet, it takes the forces of a first solve
+    /// and leaves the poses: without the stiffness that tension gives, eyelets would turn light segments about.
+    pub(crate) fn begin_sliding(
+        &mut self,
+        component: &mut Component<f64>,
+        attempt: &mut Attempt<f64>,
+        counters: &mut Counters,
+    ) {
+        component.begin_sliding(attempt.start != Start::Prediction);
+        attempt.residuals = evaluate_sliding(component, counters);
+        if component.has_multipliers(0) || !self.find_bordered(component, counters) {
+            return;
+        }
+        self.dp.fill(Spatial::zero());
+        self.poses.clone_from(&component.poses);
+        self.lambda.clone_from(&component.lambda);
+        component.go_on_from((&self.poses, &self.lambda), &self.dp, 1.0, 1.0);
+        component.take_eyelets_forces();
+        count(component, counters);
+        attempt.residuals = evaluate_sliding(component, counters);
+    }
+}
+
+/// Counts a solve.
+fn count(component: &mut Component<f64>, counters: &mut Counters) {
+    component.solves += 1;
+    counters.iterations += 1;
+    counters.segment_iterations += component.segments() as u64;
+    counters.branch_eliminations += component.system.topology.branches as u64;
 }
 
 /// [`crate::attempt::attempt`] for a set whose rods run through eyelets.
@@ -207,7 +229,7 @@ pub(crate) fn attempt_sliding(
 ) -> Attempt<f64> {
     component.is_apart = true;
     let mut attempt = begin(component, interval, params, guess, counters);
-    begin_sliding(component, &mut attempt, counters);
+    exact.begin_sliding(component, &mut attempt, counters);
     let mut before = attempt.error;
     for iteration in 0..params.max_iterations.saturating_mul(2) {
         let now = attempt.error;
@@ -238,10 +260,7 @@ pub(crate) fn attempt_sliding(
                 break;
             }
         }
-        component.solves += 1;
-        counters.iterations += 1;
-        counters.segment_iterations += component.segments() as u64;
-        counters.branch_eliminations += component.system.topology.branches as u64;
+        count(component, counters);
         let correction = component.correction.max(component.eyelet_correction());
         attempt.take(found, correction, 1.0);
         if component.choose_slip() {
