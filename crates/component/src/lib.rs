@@ -162,7 +162,7 @@ pub struct Component<T> {
     /// Eyelets through which rods of it run.
     eyelets: Vec<sliding::Eyelet>,
     /// Per body: what they do to it; empty where there are none.
-    eyelet_impulses: Vec<Spatial<T>>,
+    eyelet_impulses: Vec<Spatial<f64>>,
     /// Joints that leave something free.
     released: Vec<released::Released>,
     /// Inertia of the fixed segments.

@@ -20,8 +20,8 @@ use kernels::lane::Real;
 use kernels::math::Vec3;
 use rod::{Centreline, Model, Share, Sliding, SlidingJoint};
 
-use super::parts::vec3;
-use super::{Component, Members};
+use super::parts::{pick_pose, vec3};
+use super::{BodyPose, Component, Members};
 use crate::snapshot::StateVisitor;
 
 /// Unknowns of a sliding joint: its force and its place.
@@ -118,7 +118,7 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     pub(super) fn add_eyelets(&self, impulses: &mut [Spatial<T>]) {
         for (impulse, &own) in impulses.iter_mut().zip(&self.eyelet_impulses) {
-            *impulse = impulse.plus(own, T::splat(1.0));
+            *impulse = impulse.plus(Spatial::splat(own), T::splat(1.0));
         }
     }
 
@@ -159,6 +159,91 @@ impl<T: Real> Component<T> {
             let force = eyelet.last_force.0.into();
             see(eyelet.index, Sliding { place: eyelet.place, rate: eyelet.rate, force });
         }
+    }
+}
+
+impl<T: Real> Component<T> {
+    /// The pose of a body. Rods that slide are not in lanes.
+    #[inline(always)]
+    fn pose_of(&self, body: usize) -> BodyPose<f64> {
+        pick_pose(&self.poses[body], 0)
+    }
+
+    /// Where an eyelet is.
+    fn eyelet_at(&self, k: usize) -> Vec3<f64> {
+        let eyelet = &self.eyelets[k];
+        let pose = self.pose_of(eyelet.holder);
+        pose.x + pose.q.rotate(eyelet.at)
+    }
+
+    /// The point of an eyelet's rod at this distance, or its first or second derivative.
+    fn point(&self, k: usize, place: f64, order: usize) -> Vec3<f64> {
+        let eyelet = &self.eyelets[k];
+        let share = |Share { segment, position, axis }: Share| {
+            let pose = self.pose_of(eyelet.first + segment);
+            pose.x * position[order] + pose.q.axis() * axis[order]
+        };
+        let [a, b] = eyelet.line.at(place).map(share);
+        a + b
+    }
+
+    /// Begins an attempt at a step whose prediction is made: forces are those of the step before. `is_guessed`: so are multipliers, and eyelets go
+    /// on along their rods.
+    ///
+    /// The angle theta by which the rod turns from a segment before the eyelet to one behind it says how much of the normal force is friction
+    /// at most: as a rod of tensions `T exp(mu theta)` and T on a round edge presses and pulls it, `mu tanh(mu theta / 2) / (mu tan(theta / 2))`.
+    pub fn begin_sliding(&mut self, is_guessed: bool) {
+        let effective = self.effective.lane(0);
+        for k in 0..self.eyelets.len() {
+            let (length, segment) = (self.eyelets[k].line.length(), self.segment_length(k));
+            let place = self.eyelets[k].place;
+            let ends = [place - segment, place + segment].map(|place| place.clamp(0.0, length));
+            let [a, b] = ends.map(|place| self.point(k, place, 1));
+            let cosine = a.dot(b) / (a.norm_squared() * b.norm_squared()).sqrt();
+            let (dt, eyelet) = (self.dt, &mut self.eyelets[k]);
+            let turn = cosine.clamp(-1.0, 1.0).acos();
+            let mu = eyelet.friction;
+            let slope = if turn > 1e-4 { (0.5 * mu * turn).tanh() / (0.5 * turn).tan() } else { mu };
+            eyelet.share = slope / (1.0 + slope * slope).sqrt();
+            (eyelet.start, eyelet.slip_at_start, eyelet.target) = (place, eyelet.slip, place);
+            eyelet.force = eyelet.last_force * (effective * effective);
+            if let (true, Slip::Slides(_)) = (is_guessed, eyelet.slip) {
+                eyelet.place = (place + eyelet.rate * dt).clamp(0.0, length);
+            }
+        }
+        self.gather_eyelets();
+    }
+
+    /// The length of the segment at an eyelet [m].
+    fn segment_length(&self, k: usize) -> f64 {
+        let eyelet = &self.eyelets[k];
+        self.bodies[eyelet.first + eyelet.line.at(eyelet.place)[0].segment].length.lane(0)
+    }
+
+    /// Sums up what eyelets do to bodies, where poses, forces and places are now.
+    pub fn gather_eyelets(&mut self) {
+        self.eyelet_impulses.fill(Spatial::zero());
+        for k in 0..self.eyelets.len() {
+            let eyelet = &self.eyelets[k];
+            for Share { segment, position, axis } in eyelet.line.at(eyelet.place) {
+                let body = eyelet.first + segment;
+                let arm = self.pose_of(body).q.axis() * axis[0];
+                let own = Spatial { linear: eyelet.force * position[0], angular: arm.cross(eyelet.force) };
+                self.eyelet_impulses[body] = self.eyelet_impulses[body].plus(own, 1.0);
+            }
+            let arm = self.pose_of(eyelet.holder).q.rotate(eyelet.at);
+            let own = Spatial { linear: eyelet.force, angular: arm.cross(eyelet.force) };
+            self.eyelet_impulses[eyelet.holder] = self.eyelet_impulses[eyelet.holder].plus(own, -1.0);
+        }
+    }
+
+    /// How far eyelets are from their rods at most, in lengths of the segments there.
+    pub fn eyelet_gap(&self) -> f64 {
+        let gap = |k: usize| {
+            let missed = self.eyelet_at(k) - self.point(k, self.eyelets[k].place, 0);
+            missed.norm_squared().sqrt() / self.segment_length(k)
+        };
+        (0..self.eyelets.len()).map(gap).fold(0.0, f64::max)
     }
 }
 
@@ -221,83 +306,6 @@ impl Component<f64> {
             }
             self.eyelets[k].place = best;
         }
-    }
-
-    /// Where an eyelet is.
-    fn eyelet_at(&self, k: usize) -> Vec3<f64> {
-        let eyelet = &self.eyelets[k];
-        let pose = &self.poses[eyelet.holder];
-        pose.x + pose.q.rotate(eyelet.at)
-    }
-
-    /// The point of an eyelet's rod at this distance, or its first or second derivative.
-    fn point(&self, k: usize, place: f64, order: usize) -> Vec3<f64> {
-        let eyelet = &self.eyelets[k];
-        let share = |Share { segment, position, axis }: Share| {
-            let pose = &self.poses[eyelet.first + segment];
-            pose.x * position[order] + pose.q.axis() * axis[order]
-        };
-        let [a, b] = eyelet.line.at(place).map(share);
-        a + b
-    }
-
-    /// Begins an attempt at a step whose prediction is made: forces are those of the step before. `is_guessed`: so are multipliers, and eyelets go
-    /// on along their rods.
-    ///
-    /// The angle theta by which the rod turns from a segment before the eyelet to one behind it says how much of the normal force is friction
-    /// at most: as a rod of tensions `T exp(mu theta)` and T on a round edge presses and pulls it, `mu tanh(mu theta / 2) / (mu tan(theta / 2))`.
-    pub fn begin_sliding(&mut self, is_guessed: bool) {
-        let effective = self.effective;
-        for k in 0..self.eyelets.len() {
-            let (length, segment) = (self.eyelets[k].line.length(), self.segment_length(k));
-            let place = self.eyelets[k].place;
-            let ends = [place - segment, place + segment].map(|place| place.clamp(0.0, length));
-            let [a, b] = ends.map(|place| self.point(k, place, 1));
-            let cosine = a.dot(b) / (a.norm_squared() * b.norm_squared()).sqrt();
-            let (dt, eyelet) = (self.dt, &mut self.eyelets[k]);
-            let turn = cosine.clamp(-1.0, 1.0).acos();
-            let mu = eyelet.friction;
-            let slope = if turn > 1e-4 { (0.5 * mu * turn).tanh() / (0.5 * turn).tan() } else { mu };
-            eyelet.share = slope / (1.0 + slope * slope).sqrt();
-            (eyelet.start, eyelet.slip_at_start, eyelet.target) = (place, eyelet.slip, place);
-            eyelet.force = eyelet.last_force * (effective * effective);
-            if let (true, Slip::Slides(_)) = (is_guessed, eyelet.slip) {
-                eyelet.place = (place + eyelet.rate * dt).clamp(0.0, length);
-            }
-        }
-        self.gather_eyelets();
-    }
-
-    /// The length of the segment at an eyelet [m].
-    fn segment_length(&self, k: usize) -> f64 {
-        let eyelet = &self.eyelets[k];
-        self.bodies[eyelet.first + eyelet.line.at(eyelet.place)[0].segment].length
-    }
-
-    /// Sums up what eyelets do to bodies, where poses, forces and places are now.
-    pub fn gather_eyelets(&mut self) {
-        self.eyelet_impulses.fill(Spatial::zero());
-        for k in 0..self.eyelets.len() {
-            let eyelet = &self.eyelets[k];
-            for Share { segment, position, axis } in eyelet.line.at(eyelet.place) {
-                let body = eyelet.first + segment;
-                let arm = self.poses[body].q.axis() * axis[0];
-                let own = Spatial { linear: eyelet.force * position[0], angular: arm.cross(eyelet.force) };
-                self.eyelet_impulses[body] = self.eyelet_impulses[body].plus(own, 1.0);
-            }
-            let arm = self.poses[eyelet.holder].q.rotate(eyelet.at);
-            let own = Spatial { linear: eyelet.force, angular: arm.cross(eyelet.force) };
-            self.eyelet_impulses[eyelet.holder] = self.eyelet_impulses[eyelet.holder].plus(own, -1.0);
-        }
-    }
-
-    /// How far eyelets are from their rods at most, in lengths of the segments there.
-    pub fn eyelet_gap(&self) -> f64 {
-        let gap = |k: usize| {
-            let missed = self.eyelet_at(k) - self.point(k, self.eyelets[k].place, 0);
-            missed.norm_squared().sqrt() / self.segment_length(k)
-        };
-        (0..self.eyelets.len()).map(gap).fold(0.0, f64::max)
     }
 
     /// Adds to the equations how forces of eyelets change as bodies turn.

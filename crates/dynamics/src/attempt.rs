@@ -166,6 +166,10 @@ pub(crate) fn begin<T: Real>(
         }
         evaluated = None;
     }
+    if component.slides() {
+        component.begin_sliding(start != Start::Prediction);
+        evaluated = None;
+    }
     let residuals = match evaluated {
         Some(predicted) => predicted,
         None => evaluate(component, formulation, counters),

@@ -13,14 +13,14 @@
 
 use component::{BodyColumns, Border, Component, Residuals, UNKNOWNS};
 use jointed::linear::articulated::Side;
+use jointed::tangent::Equations;
 use kernels::Spatial;
-use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::Exact;
 use crate::attempt::{Attempt, begin, evaluate, may_go_on};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
-use crate::start::{Start, StepGuess};
+use crate::start::StepGuess;
 use crate::step::{Interval, StepParams};
 
 /// Shares of a step that are tried.
@@ -30,14 +30,19 @@ const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 #[derive(Default)]
 pub(super) struct Bordered {
     borders: Vec<Border>,
-    /// Answers of bodies and joints to each unknown.
-    columns: Vec<(Vec<Spatial<f64>>, Vec<Spatial<f64>>)>,
-    /// Those to what the rods miss.
+    /// Answers of bodies to each unknown.
+    columns: Vec<Vec<Spatial<f64>>>,
+    /// Those of bodies and joints to what the rods miss.
     own: (Vec<Spatial<f64>>, Vec<Spatial<f64>>),
     /// Right-hand sides of bodies and joints.
     sides: (Vec<Spatial<f64>>, Vec<Spatial<f64>>),
-    /// The factor of the border.
-    factor: Option<LU<f64, Dyn, Dyn>>,
+    /// The border's matrix, row by row, and its right-hand side, which the solution replaces.
+    matrix: Vec<f64>,
+    solution: Vec<f64>,
+    /// The matrix without friction.
+    symmetric: Vec<f64>,
+    /// Memory of a solve.
+    scratch: Vec<f64>,
 }
 
 impl Bordered {
@@ -54,8 +59,10 @@ impl Exact<f64> {
         component.gather(&mut self.equations, 1.0);
         component.add_eyelets_curvature(&mut self.equations);
         watch.mark(&mut counters.times.assemble);
-        let solved =
-            self.elimination.solve(&self.equations) && self.factor_border(component) && self.solve_border(component);
+        let solved = self.elimination.solve(&self.equations)
+            && self.elimination.is_of_tree()
+            && self.factor_border(component)
+            && self.solve_border(component);
         watch.mark(&mut counters.times.solve);
         solved
     }
@@ -63,106 +70,162 @@ impl Exact<f64> {
     /// Makes the border of the eyelets after a solve of the rods' own equations, whose solution stays; returns whether it could.
     fn factor_border(&mut self, component: &Component<f64>) -> bool {
         let Self { equations, elimination, bordered, .. } = self;
-        let Bordered { borders, columns, own, sides, factor } = bordered;
+        let Bordered { borders, columns, own, sides, matrix, .. } = bordered;
         let count = component.eyelet_count();
         borders.resize_with(count, Border::default);
         borders.iter_mut().enumerate().for_each(|(k, border)| component.border(k, border));
         own.0.clone_from(&elimination.corrections);
         own.1.clone_from(&elimination.multipliers);
-        sides.0.clear();
-        sides.0.extend(equations.bodies.iter().map(|body| body.defect));
-        sides.1.clear();
-        sides.1.extend(equations.joints.iter().map(|joint| joint.rhs));
-        equations.bodies.iter_mut().for_each(|body| body.defect = Spatial::zero());
-        equations.joints.iter_mut().for_each(|joint| joint.rhs = Spatial::zero());
+        take_sides(equations, sides);
         columns.resize_with(count * UNKNOWNS, Default::default);
-        let mut is_of_tree = true;
-        for (k, (corrections, multipliers)) in columns.iter_mut().enumerate() {
+        let mut solved = true;
+        for (k, corrections) in columns.iter_mut().enumerate() {
             let border = &borders[k / UNKNOWNS];
             for own in &border.bodies {
                 let defect = &mut equations.bodies[own.body].defect;
                 *defect = defect.plus(own.columns[k % UNKNOWNS], 1.0);
             }
-            is_of_tree &= elimination.solve_again(equations);
+            solved &= elimination.solve_again(equations);
             corrections.clone_from(&elimination.corrections);
-            multipliers.clone_from(&elimination.multipliers);
             border.bodies.iter().for_each(|own| equations.bodies[own.body].defect = Spatial::zero());
         }
-        for (body, side) in equations.bodies.iter_mut().zip(&sides.0) {
-            body.defect = *side;
-        }
-        for (joint, side) in equations.joints.iter_mut().zip(&sides.1) {
-            joint.rhs = *side;
-        }
+        give_sides(equations, sides);
+        // The first three rows are c - r of the rod less the eyelet.
         let size = count * UNKNOWNS;
-        let matrix = DMatrix::from_fn(size, size, |row, column| {
-            let is_own = row / UNKNOWNS == column / UNKNOWNS;
-            let own = if is_own { borders[row / UNKNOWNS].own[row % UNKNOWNS][column % UNKNOWNS] } else { 0.0 };
-            own + along(&borders[row / UNKNOWNS], row, &columns[column].0)
-        });
+        matrix.clear();
+        for row in 0..size {
+            let border = &borders[row / UNKNOWNS];
+            matrix.extend((0..size).map(|column| {
+                let is_own = row / UNKNOWNS == column / UNKNOWNS;
+                let own = if is_own { border.own[row % UNKNOWNS][column % UNKNOWNS] } else { 0.0 };
+                own + along(border, row, &columns[column])
+            }));
+        }
         elimination.corrections.clone_from(&own.0);
         elimination.multipliers.clone_from(&own.1);
-        *factor = is_of_tree.then(|| matrix.lu());
-        is_of_tree
+        solved
     }
 
-    /// Takes the eyelets into the last solution of the rods' own equations; returns whether it could.
+    /// Takes the eyelets into the last solution of the rods' own equations, for their right-hand sides as they are; returns whether it could.
     pub(super) fn solve_border(&mut self, component: &mut Component<f64>) -> bool {
-        let Self { elimination, bordered, dp, .. } = self;
-        let Bordered { borders, columns, factor, .. } = bordered;
-        let size = borders.len() * UNKNOWNS;
-        let missed = DVector::from_fn(size, |row, _| {
+        let Self { equations, elimination, bordered, dp, .. } = self;
+        let Bordered { borders, sides, matrix, solution, scratch, .. } = bordered;
+        solution.clear();
+        solution.extend((0..borders.len() * UNKNOWNS).map(|row| {
             let border = &borders[row / UNKNOWNS];
             border.missed[row % UNKNOWNS] - along(border, row, &elimination.corrections)
-        });
-        let solution = factor.as_ref().and_then(|factor| factor.solve(&missed));
-        let Some(solution) = solution.filter(|solution| solution.iter().all(|x| x.is_finite())) else {
+        }));
+        scratch.clone_from(matrix);
+        if !solve_dense(scratch, solution) {
             return false;
-        };
-        for (share, (corrections, multipliers)) in solution.iter().zip(&*columns) {
-            let add = |to: &mut [Spatial<f64>], from: &[Spatial<f64>]| {
-                to.iter_mut().zip(from).for_each(|(to, from)| *to = to.plus(*from, *share));
-            };
-            add(&mut elimination.corrections, corrections);
-            add(&mut elimination.multipliers, multipliers);
         }
+        take_bodies(equations, &mut sides.0);
+        for (border, new) in borders.iter().zip(solution.chunks_exact(UNKNOWNS)) {
+            for own in &border.bodies {
+                let defect = &mut equations.bodies[own.body].defect;
+                for (column, share) in own.columns.iter().zip(new) {
+                    *defect = defect.plus(*column, *share);
+                }
+            }
+        }
+        elimination.solve_again(equations);
+        equations.bodies.iter_mut().zip(&sides.0).for_each(|(body, side)| body.defect = *side);
         component.take_solution(elimination, dp, 1.0);
-        component.take_eyelets_solution(solution.as_slice());
+        component.take_eyelets_solution(solution);
         true
     }
+}
+
+type Sides = (Vec<Spatial<f64>>, Vec<Spatial<f64>>);
+
+/// Puts the right-hand sides of equations down.
+fn take_bodies(equations: &Equations<f64>, sides: &mut Vec<Spatial<f64>>) {
+    sides.clear();
+    sides.extend(equations.bodies.iter().map(|body| body.defect));
+}
+
+/// Takes the right-hand sides off equations.
+fn take_sides(equations: &mut Equations<f64>, (bodies, joints): &mut Sides) {
+    take_bodies(equations, bodies);
+    joints.clear();
+    joints.extend(equations.joints.iter().map(|joint| joint.rhs));
+    equations.bodies.iter_mut().for_each(|body| body.defect = Spatial::zero());
+    equations.joints.iter_mut().for_each(|joint| joint.rhs = Spatial::zero());
+}
+
+/// Gives them back.
+fn give_sides(equations: &mut Equations<f64>, (bodies, joints): &Sides) {
+    equations.bodies.iter_mut().zip(bodies).for_each(|(body, side)| body.defect = *side);
+    equations.joints.iter_mut().zip(joints).for_each(|(joint, side)| joint.rhs = *side);
+}
+
+/// Solves with a small matrix, given row by row, in the place of the right-hand side: Gauss's elimination with partial pivoting. Returns
+/// whether the solution is finite.
+fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) -> bool {
+    let size = rhs.len();
+    for k in 0..size {
+        let pivot = (k..size).max_by(|&a, &b| matrix[a * size + k].abs().total_cmp(&matrix[b * size + k].abs()));
+        let pivot = pivot.unwrap_or(k);
+        if pivot != k {
+            (0..size).for_each(|column| matrix.swap(k * size + column, pivot * size + column));
+            rhs.swap(k, pivot);
+        }
+        for row in k + 1..size {
+            let share = matrix[row * size + k] / matrix[k * size + k];
+            if share != 0.0 {
+                (k + 1..size).for_each(|column| matrix[row * size + column] -= share * matrix[k * size + column]);
+                rhs[row] -= share * rhs[k];
+            }
+        }
+    }
+    for k in (0..size).rev() {
+        let later: f64 = (k + 1..size).map(|column| matrix[k * size + column] * rhs[column]).sum();
+        rhs[k] = (rhs[k] - later) / matrix[k * size + k];
+    }
+    rhs.iter().all(|x| x.is_finite())
 }
 
 impl Exact<f64> {
     /// What the eyelets change in the work that unit forces of the `sides` do on each other's answers. Friction in eyelets is left out, for
     /// which the operator would not be symmetric.
-    pub(super) fn couple_through_eyelets(&self, sides: &[Side], mut block: impl FnMut(usize, usize, [[f64; 3]; 3])) {
-        let Bordered { borders, columns, .. } = &self.bordered;
+    pub(super) fn couple_through_eyelets(
+        &mut self,
+        sides: &[Side],
+        mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
+    ) {
+        let Bordered { borders, columns, symmetric, solution, scratch, .. } = &mut self.bordered;
         let size = borders.len() * UNKNOWNS;
         // Of one that sticks the place is no unknown.
         let is_free = |k: usize| k % UNKNOWNS < 3 || borders[k / UNKNOWNS].slides();
-        let matrix = DMatrix::from_fn(size, size, |row, column| {
+        let entry = |row: usize, column: usize| {
             if !(is_free(row) && is_free(column)) {
                 return f64::from(u8::from(row == column));
             }
             let border = &borders[row / UNKNOWNS];
             let (r, c) = (row % UNKNOWNS, column % UNKNOWNS);
-            let own = match row / UNKNOWNS == column / UNKNOWNS {
-                true if r < 3 => border.own[r][c],
-                true => border.own[c.min(r)][c.max(r)],
-                false => 0.0,
-            };
-            let of = |own: &BodyColumns| own.columns[r].dot(columns[column].0[own.body]);
+            let own = if row / UNKNOWNS == column / UNKNOWNS { border.own[r.min(c)][r.max(c)] } else { 0.0 };
+            let of = |own: &BodyColumns| own.columns[r].dot(columns[column][own.body]);
             own + border.bodies.iter().map(of).sum::<f64>()
-        });
-        let answer = |side: &Side, c: usize, k: usize| {
-            if is_free(k) { side.forces[c].dot(columns[k].0[side.body as usize]) } else { 0.0 }
         };
-        let answers = DMatrix::from_fn(3 * sides.len(), size, |row, k| answer(&sides[row / 3], row % 3, k));
-        let Some(solved) = matrix.lu().solve(&answers.transpose()) else { return };
-        let less = answers * solved;
+        let answer = |side: &Side, c: usize, k: usize| {
+            if is_free(k) { side.forces[c].dot(columns[k][side.body as usize]) } else { 0.0 }
+        };
+        symmetric.clear();
+        symmetric.extend((0..size * size).map(|k| entry(k / size, k % size)));
         for t in 0..sides.len() {
-            for s in 0..=t {
-                block(s, t, [0, 1, 2].map(|r| [0, 1, 2].map(|c| -less[(3 * s + r, 3 * t + c)])));
+            for c in 0..3 {
+                scratch.clone_from(symmetric);
+                solution.clear();
+                solution.extend((0..size).map(|k| answer(&sides[t], c, k)));
+                if !solve_dense(scratch, solution) {
+                    return;
+                }
+                for (s, side) in sides.iter().enumerate().take(t + 1) {
+                    let less = [0, 1, 2].map(|r| (0..size).map(|k| answer(side, r, k) * solution[k]).sum::<f64>());
+                    let mut own = [[0.0; 3]; 3];
+                    (0..3).for_each(|r| own[r][c] = -less[r]);
+                    block(s, t, own);
+                }
             }
         }
     }
@@ -180,14 +243,19 @@ fn along(border: &Border, row: usize, corrections: &[Spatial<f64>]) -> f64 {
 /// What the state misses, eyelets included.
 pub(crate) fn evaluate_sliding(component: &mut Component<f64>, counters: &mut Counters) -> Residuals<f64> {
     let mut residuals = evaluate(component, Formulation::Newton, counters);
-    let gap = component.eyelet_gap();
-    residuals.stretch = residuals.stretch.max(gap);
-    residuals.check += gap;
+    with_gap(component, &mut residuals);
     residuals
 }
 
+/// Takes what eyelets miss into the residuals.
+fn with_gap(component: &Component<f64>, residuals: &mut Residuals<f64>) {
+    let gap = component.eyelet_gap();
+    residuals.stretch = residuals.stretch.max(gap);
+    residuals.check += gap;
+}
+
 impl Exact<f64> {
-    /// Begins to slide in an attempt that has begun. From a prediction, where joints transmit nothing yet, it takes the forces of a first solve
+    /// Takes eyelets into an attempt that has begun. From a prediction, where joints transmit nothing yet, it takes the forces of a first solve
     /// and leaves the poses: without the stiffness that tension gives, eyelets would turn light segments about.
     pub(crate) fn begin_sliding(
         &mut self,
@@ -195,8 +263,7 @@ impl Exact<f64> {
         attempt: &mut Attempt<f64>,
         counters: &mut Counters,
     ) {
-        component.begin_sliding(attempt.start != Start::Prediction);
-        attempt.residuals = evaluate_sliding(component, counters);
+        with_gap(component, &mut attempt.residuals);
         if component.has_multipliers(0) || !self.find_bordered(component, counters) {
             return;
         }
