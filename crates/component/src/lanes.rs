@@ -7,6 +7,7 @@ use kernels::math::Vec3;
 use rod::Model;
 
 use super::parts::{copy_pose, copy_spatial, pick, pick_pose, pick_spatial, put, vec3};
+use super::sliding::Eyelets;
 use super::{Component, Members};
 
 impl<T: Real> Component<T> {
@@ -65,8 +66,7 @@ impl<T: Real> Component<T> {
             has_given: self.has_given,
             moved: self.moved.iter().filter(|moved| moved.lane == lane).map(|moved| moved.alone()).collect(),
             released: self.released.iter().filter(|one| one.lane == lane).map(|one| one.alone()).collect(),
-            eyelets: Vec::new(),
-            eyelet_impulses: Vec::new(),
+            eyelets: Eyelets::default(),
             resting: self
                 .resting
                 .iter()

@@ -160,9 +160,7 @@ pub struct Component<T> {
     /// The fixed segments and anchors that move.
     moved: Vec<motion::Moved>,
     /// Eyelets through which rods of it run.
-    eyelets: Vec<sliding::Eyelet>,
-    /// Per body: what they do to it; empty where there are none.
-    eyelet_impulses: Vec<Spatial<f64>>,
+    eyelets: sliding::Eyelets,
     /// Joints that leave something free.
     released: Vec<released::Released>,
     /// Inertia of the fixed segments.
@@ -234,8 +232,7 @@ impl<T: Real> Component<T> {
             given: vec![T::splat(-1.0); bodies],
             has_given: false,
             moved: Vec::new(),
-            eyelets: Vec::new(),
-            eyelet_impulses: Vec::new(),
+            eyelets: sliding::Eyelets::default(),
             released: Vec::new(),
             resting: Vec::new(),
             longest_unit: T::splat(f64::INFINITY),

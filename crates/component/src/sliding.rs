@@ -41,7 +41,7 @@ enum Slip {
 
 /// A sliding joint in motion.
 #[derive(Clone, Debug)]
-pub(super) struct Eyelet {
+struct Eyelet {
     /// Which one of the model.
     index: usize,
     /// The rod's first body.
@@ -68,6 +68,14 @@ pub(super) struct Eyelet {
     target: f64,
     /// The last step's change of force and place.
     change: (Vec3<f64>, f64),
+}
+
+/// The eyelets through which rods of a component run.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Eyelets {
+    all: Vec<Eyelet>,
+    /// Per body: what they do to it; empty where there are none.
+    impulses: Vec<Spatial<f64>>,
 }
 
 /// What an eyelet's unknowns do to a body that moves, and the body to its equations: columns of force along x, y, z and of the place.
@@ -102,7 +110,7 @@ impl Border {
 impl<T: Real> Component<T> {
     /// Whether any rod slides.
     pub fn slides(&self) -> bool {
-        !self.eyelets.is_empty()
+        !self.eyelets.all.is_empty()
     }
 
     /// Whether an eyelet came to an end of its rod in the step under way: an impact.
@@ -111,20 +119,20 @@ impl<T: Real> Component<T> {
             let ends = [0.0, eyelet.line.length()];
             eyelet.slip == Slip::Sticks && ends.contains(&eyelet.target) && eyelet.start != eyelet.target
         };
-        self.eyelets.iter().any(hits)
+        self.eyelets.all.iter().any(hits)
     }
 
     /// Adds what eyelets do to bodies to their impulses.
     #[inline(always)]
     pub(super) fn add_eyelets(&self, impulses: &mut [Spatial<T>]) {
-        for (impulse, &own) in impulses.iter_mut().zip(&self.eyelet_impulses) {
+        for (impulse, &own) in impulses.iter_mut().zip(&self.eyelets.impulses) {
             *impulse = impulse.plus(Spatial::splat(own), T::splat(1.0));
         }
     }
 
     /// Takes eyelets back to the start of the step.
     pub(super) fn roll_back_eyelets(&mut self) {
-        for eyelet in &mut self.eyelets {
+        for eyelet in &mut self.eyelets.all {
             (eyelet.place, eyelet.slip) = (eyelet.start, eyelet.slip_at_start);
         }
     }
@@ -132,7 +140,7 @@ impl<T: Real> Component<T> {
     /// Ends a step that is accepted.
     pub(super) fn end_eyelets(&mut self) {
         let (per_dt, effective) = (1.0 / self.dt, self.effective.lane(0));
-        for eyelet in &mut self.eyelets {
+        for eyelet in &mut self.eyelets.all {
             eyelet.rate = (eyelet.place - eyelet.start) * per_dt;
             eyelet.last_force = eyelet.force * (1.0 / (effective * effective));
         }
@@ -140,7 +148,7 @@ impl<T: Real> Component<T> {
 
     /// Shows a visitor what the next step begins with.
     pub(super) fn visit_eyelets(&mut self, visitor: &mut StateVisitor<'_>) {
-        visitor.list(&mut self.eyelets, |visitor, eyelet| {
+        visitor.list(&mut self.eyelets.all, |visitor, eyelet| {
             visitor.number(&mut eyelet.place);
             visitor.number(&mut eyelet.rate);
             visitor.vector(&mut eyelet.last_force);
@@ -155,7 +163,7 @@ impl<T: Real> Component<T> {
 
     /// Where the eyelets of the model are that these bodies slide in, and what they do.
     pub fn each_sliding(&self, mut see: impl FnMut(usize, Sliding)) {
-        for eyelet in &self.eyelets {
+        for eyelet in &self.eyelets.all {
             let force = eyelet.last_force.0.into();
             see(eyelet.index, Sliding { place: eyelet.place, rate: eyelet.rate, force });
         }
@@ -171,14 +179,14 @@ impl<T: Real> Component<T> {
 
     /// Where an eyelet is.
     fn eyelet_at(&self, k: usize) -> Vec3<f64> {
-        let eyelet = &self.eyelets[k];
+        let eyelet = &self.eyelets.all[k];
         let pose = self.pose_of(eyelet.holder);
         pose.x + pose.q.rotate(eyelet.at)
     }
 
     /// The point of an eyelet's rod at this distance, or its first or second derivative.
     fn point(&self, k: usize, place: f64, order: usize) -> Vec3<f64> {
-        let eyelet = &self.eyelets[k];
+        let eyelet = &self.eyelets.all[k];
         let share = |Share { segment, position, axis }: Share| {
             let pose = self.pose_of(eyelet.first + segment);
             pose.x * position[order] + pose.q.axis() * axis[order]
@@ -194,13 +202,13 @@ impl<T: Real> Component<T> {
     /// at most: as a rod of tensions `T exp(mu theta)` and T on a round edge presses and pulls it, `mu tanh(mu theta / 2) / (mu tan(theta / 2))`.
     pub fn begin_sliding(&mut self, is_guessed: bool) {
         let effective = self.effective.lane(0);
-        for k in 0..self.eyelets.len() {
-            let (length, segment) = (self.eyelets[k].line.length(), self.segment_length(k));
-            let place = self.eyelets[k].place;
+        for k in 0..self.eyelets.all.len() {
+            let (length, segment) = (self.eyelets.all[k].line.length(), self.segment_length(k));
+            let place = self.eyelets.all[k].place;
             let ends = [place - segment, place + segment].map(|place| place.clamp(0.0, length));
             let [a, b] = ends.map(|place| self.point(k, place, 1));
             let cosine = a.dot(b) / (a.norm_squared() * b.norm_squared()).sqrt();
-            let (dt, eyelet) = (self.dt, &mut self.eyelets[k]);
+            let (dt, eyelet) = (self.dt, &mut self.eyelets.all[k]);
             let turn = cosine.clamp(-1.0, 1.0).acos();
             let mu = eyelet.friction;
             let slope = if turn > 1e-4 { (0.5 * mu * turn).tanh() / (0.5 * turn).tan() } else { mu };
@@ -216,34 +224,34 @@ impl<T: Real> Component<T> {
 
     /// The length of the segment at an eyelet [m].
     fn segment_length(&self, k: usize) -> f64 {
-        let eyelet = &self.eyelets[k];
+        let eyelet = &self.eyelets.all[k];
         self.bodies[eyelet.first + eyelet.line.at(eyelet.place)[0].segment].length.lane(0)
     }
 
     /// Sums up what eyelets do to bodies, where poses, forces and places are now.
     pub fn gather_eyelets(&mut self) {
-        self.eyelet_impulses.fill(Spatial::zero());
-        for k in 0..self.eyelets.len() {
-            let eyelet = &self.eyelets[k];
+        self.eyelets.impulses.fill(Spatial::zero());
+        for k in 0..self.eyelets.all.len() {
+            let eyelet = &self.eyelets.all[k];
             for Share { segment, position, axis } in eyelet.line.at(eyelet.place) {
                 let body = eyelet.first + segment;
                 let arm = self.pose_of(body).q.axis() * axis[0];
                 let own = Spatial { linear: eyelet.force * position[0], angular: arm.cross(eyelet.force) };
-                self.eyelet_impulses[body] = self.eyelet_impulses[body].plus(own, 1.0);
+                self.eyelets.impulses[body] = self.eyelets.impulses[body].plus(own, 1.0);
             }
             let arm = self.pose_of(eyelet.holder).q.rotate(eyelet.at);
             let own = Spatial { linear: eyelet.force, angular: arm.cross(eyelet.force) };
-            self.eyelet_impulses[eyelet.holder] = self.eyelet_impulses[eyelet.holder].plus(own, -1.0);
+            self.eyelets.impulses[eyelet.holder] = self.eyelets.impulses[eyelet.holder].plus(own, -1.0);
         }
     }
 
     /// How far eyelets are from their rods at most, in lengths of the segments there.
     pub fn eyelet_gap(&self) -> f64 {
         let gap = |k: usize| {
-            let missed = self.eyelet_at(k) - self.point(k, self.eyelets[k].place, 0);
+            let missed = self.eyelet_at(k) - self.point(k, self.eyelets.all[k].place, 0);
             missed.norm_squared().sqrt() / self.segment_length(k)
         };
-        (0..self.eyelets.len()).map(gap).fold(0.0, f64::max)
+        (0..self.eyelets.all.len()).map(gap).fold(0.0, f64::max)
     }
 }
 
@@ -275,16 +283,16 @@ impl Component<f64> {
             if *friction == 0.0 {
                 eyelet.slip = Slip::Slides(1.0);
             }
-            self.eyelets.push(eyelet);
+            self.eyelets.all.push(eyelet);
         }
-        self.eyelet_impulses.resize(if self.eyelets.is_empty() { 0 } else { self.poses.len() }, Spatial::zero());
+        self.eyelets.impulses.resize(if self.eyelets.all.is_empty() { 0 } else { self.poses.len() }, Spatial::zero());
         self.find_places();
     }
 
     /// Puts eyelets that are not where they began to where along their rods these are nearest to them: a run goes on from poses alone.
     fn find_places(&mut self) {
-        for k in 0..self.eyelets.len() {
-            let (eyelet, at) = (&self.eyelets[k], self.eyelet_at(k));
+        for k in 0..self.eyelets.all.len() {
+            let (eyelet, at) = (&self.eyelets.all[k], self.eyelet_at(k));
             let miss = |place: f64| (self.point(k, place, 0) - at).norm_squared();
             if miss(eyelet.place).sqrt() < IN_PLACE * self.segment_length(k) {
                 continue;
@@ -304,13 +312,13 @@ impl Component<f64> {
                     None => reach *= 0.5,
                 }
             }
-            self.eyelets[k].place = best;
+            self.eyelets.all[k].place = best;
         }
     }
 
     /// Adds to the equations how forces of eyelets change as bodies turn.
     pub fn add_eyelets_curvature(&self, Equations { bodies, .. }: &mut Equations<f64>) {
-        for eyelet in &self.eyelets {
+        for eyelet in &self.eyelets.all {
             for Share { segment, axis, .. } in eyelet.line.at(eyelet.place) {
                 let body = eyelet.first + segment;
                 let arm = self.poses[body].q.axis() * axis[0];
@@ -323,7 +331,7 @@ impl Component<f64> {
 
     /// The border of an eyelet.
     pub fn border(&self, k: usize, out: &mut Border) {
-        let eyelet = &self.eyelets[k];
+        let eyelet = &self.eyelets.all[k];
         let (force, place) = (eyelet.force, eyelet.place);
         let [point, tangent, second] = [0, 1, 2].map(|order| self.point(k, place, order));
         let missed = self.eyelet_at(k) - point;
@@ -370,19 +378,19 @@ impl Component<f64> {
 
     /// How many there are.
     pub fn eyelet_count(&self) -> usize {
-        self.eyelets.len()
+        self.eyelets.all.len()
     }
 
     /// Takes the solution of the border: changes of the force and the place of each eyelet.
     pub fn take_eyelets_solution(&mut self, solution: &[f64]) {
-        for (eyelet, new) in self.eyelets.iter_mut().zip(solution.chunks_exact(UNKNOWNS)) {
+        for (eyelet, new) in self.eyelets.all.iter_mut().zip(solution.chunks_exact(UNKNOWNS)) {
             eyelet.change = (Vec3([new[0], new[1], new[2]]), new[3]);
         }
     }
 
     /// Takes the forces of the last solution, and leaves places where they are.
     pub fn take_eyelets_forces(&mut self) {
-        for eyelet in &mut self.eyelets {
+        for eyelet in &mut self.eyelets.all {
             let (force, _) = eyelet.change;
             eyelet.force += force;
         }
@@ -391,7 +399,7 @@ impl Component<f64> {
 
     /// Adds a share of the last solution; places stay on their rods.
     pub fn move_eyelets(&mut self, share: f64) {
-        for eyelet in &mut self.eyelets {
+        for eyelet in &mut self.eyelets.all {
             let (force, place) = eyelet.change;
             eyelet.force += force * share;
             eyelet.place += place * share;
@@ -401,17 +409,17 @@ impl Component<f64> {
 
     /// How far the last solution moves eyelets along their rods at most, in lengths of the segments there.
     pub fn eyelet_correction(&self) -> f64 {
-        let moved = |k: usize| self.eyelets[k].change.1.abs() / self.segment_length(k);
-        (0..self.eyelets.len()).map(moved).fold(0.0, f64::max)
+        let moved = |k: usize| self.eyelets.all[k].change.1.abs() / self.segment_length(k);
+        (0..self.eyelets.all.len()).map(moved).fold(0.0, f64::max)
     }
 
     /// Lets eyelets stick or slide by their forces and by where they went; returns whether any changes. What would leave its rod sticks to
     /// the end of it; what slides the other way than its friction says sticks to where it was.
     pub fn choose_slip(&mut self) -> bool {
         let mut changes = false;
-        for k in 0..self.eyelets.len() {
-            let tangent = self.point(k, self.eyelets[k].place, 1);
-            let eyelet = &mut self.eyelets[k];
+        for k in 0..self.eyelets.all.len() {
+            let tangent = self.point(k, self.eyelets.all[k].place, 1);
+            let eyelet = &mut self.eyelets.all[k];
             let length = eyelet.line.length();
             let along = tangent.dot(eyelet.force) / tangent.norm_squared().sqrt();
             let most = eyelet.share * eyelet.force.norm_squared().sqrt();

@@ -52,7 +52,6 @@ impl<T: Real> Component<T> {
             correction: _,
             unsolved: _,
             drag: _,
-            eyelet_impulses: _,
             torques_wait: _,
             // These stay the same, or follow from what is held; of air, a segment's inertia is each step's.
             bodies: _,

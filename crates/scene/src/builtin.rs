@@ -34,6 +34,8 @@ const FILES: &[(&str, &str)] = files![
     "drum",
     "suture",
     "crane",
+    "zip-line",
+    "tendon-robot",
     "knot",
     "small-cantilever",
     "elastica",

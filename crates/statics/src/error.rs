@@ -26,6 +26,9 @@ pub enum StaticError {
     /// Contacts that a static analysis does not know.
     #[error("static analysis knows contacts with planes, spheres and capsules, but {0}")]
     UnknownContacts(&'static str),
+    /// Eyelets where nothing knows of them.
+    #[error("{0} knows no eyelets, but the model has some; run it with damping instead")]
+    Sliding(&'static str),
     /// Forces push what nothing holds.
     #[error(
         "an equilibrium needs grips, clamps or fixed segments, but nothing holds the rods of segment {segment}, and their \
@@ -54,6 +57,11 @@ pub enum StaticError {
         /// Number of obstacles.
         obstacles: usize,
     },
+}
+
+/// Refuses a model with rods that run through eyelets for `what`, which knows none.
+pub(super) fn without_eyelets(model: &Model, what: &'static str) -> Result<(), StaticError> {
+    if model.sliding_joints.is_empty() { Ok(()) } else { Err(StaticError::Sliding(what)) }
 }
 
 /// Refuses a model with contacts for `what`, which knows none.

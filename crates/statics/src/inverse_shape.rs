@@ -63,6 +63,9 @@ pub fn rest_shape(model: &mut Model, state: &mut State) -> Result<(), RestShapeE
     if !model.contacts.is_empty() {
         return Err(RestShapeError::Unknown("contacts"));
     }
+    if !model.sliding_joints.is_empty() {
+        return Err(RestShapeError::Unknown("eyelets"));
+    }
     if super::is_windy(model) {
         return Err(RestShapeError::Unknown("wind"));
     }

@@ -32,7 +32,8 @@ fn bodies_have_the_mass_inertia_and_pose_that_are_given() {
 #[test]
 fn bodies_are_driven_loaded_and_joined_as_they_say() {
     let scene::Scene { model, state, rods, .. } = scene();
-    assert_eq!(model.motions.len(), 1);
+    // The trolley's and the first eyelet's.
+    assert_eq!(model.motions.len(), 2);
     assert_eq!(model.motions[0].body, Body::Segment(1));
     assert!((state.velocities[1] - Vector3::x() * 0.5).norm() < 1e-12);
     assert_eq!(model.loads.iter().map(|load| (load.segment, load.offset)).collect::<Vec<_>>(), [(0, 0.0), (0, 0.0)]);

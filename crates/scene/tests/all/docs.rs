@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../../README.md");
 const RECIPES: &str = include_str!("../../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 61] = [
+const PROBES: [&str; 62] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -60,6 +60,7 @@ const PROBES: [&str; 61] = [
     "bodies = [{ shape.mesh.zzz = 1 }]",
     "bodies = [{ motions = [{ zzz = 1 }] }]",
     "joins = [{ a.zzz = 1 }]",
+    "eyelets = [{ zzz = 1 }]",
     "rods = [{ section.zzz = 1 }]",
     "rods = [{ section.circle.zzz = 1 }]",
     "rods = [{ section.tube.zzz = 1 }]",
@@ -101,7 +102,7 @@ fn the_examples_are_scenes() {
             scenes += 1;
         }
     }
-    assert_eq!(scenes, 11);
+    assert_eq!(scenes, 12);
 }
 
 /// Every recipe is a scene; the tables that it names stand below it.

@@ -4,6 +4,7 @@ mod bodies;
 mod builtin;
 mod docs;
 mod errors;
+mod eyelets;
 mod grips;
 mod mangled;
 mod meaning;
