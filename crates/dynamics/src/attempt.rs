@@ -12,7 +12,7 @@ use crate::formulation::Formulation;
 use crate::start::{Start, StepGuess};
 use crate::step::{Interval, Status, StepParams};
 
-pub(crate) use exact::{Exact, attempt_exactly, attempt_sliding, evaluate_sliding};
+pub(crate) use exact::{Exact, attempt_exactly};
 pub(crate) use tangent_choice::TangentChoice;
 
 /// A step converges where an iteration leaves less than this of the residual.

@@ -14,7 +14,7 @@ use jointed::topology::Topology;
 use kernels::Spatial;
 use rod::{Body, Pose, State};
 
-use crate::attempt::{Attempt, Exact, TangentChoice, attempt, attempt_exactly, attempt_sliding, count_step, finish};
+use crate::attempt::{Attempt, Exact, TangentChoice, attempt, attempt_exactly, count_step, finish};
 use crate::counters::{Counters, Stopwatch};
 use crate::guess::InitialGuess;
 use crate::projection::Predictor;
@@ -215,9 +215,7 @@ impl Steps for ConnectedSet {
             }
         };
         self.attempt = match exact {
-            Some(exact) if component.slides() => {
-                attempt_sliding(component, interval, params, exact.as_mut(), guess, counters)
-            }
+            Some(exact) if component.slides() => exact.attempt_sliding(component, interval, params, guess, counters),
             None => attempt(component, interval, params, solver, guess, counters),
             Some(exact) => attempt_exactly(
                 component,

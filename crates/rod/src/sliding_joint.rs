@@ -1,10 +1,12 @@
 //! Sliding joints: a rod that runs through an eyelet, and the smooth centreline on which the eyelet's place moves.
 
+mod point;
+
 use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use crate::{Body, Model, ModelError, State};
+use crate::Body;
 
 /// A rod runs through a small eyelet. The eyelet is on the rod's smooth centreline ([`Centreline`]); where along the rod is an unknown of
 /// each step. All turns are free. The rod cannot leave the eyelet: at its ends it stops.
@@ -98,53 +100,6 @@ impl Centreline {
             axis: [h * u * u * (u - 1.0), u * (3.0 * u - 2.0), (6.0 * u - 2.0) / h],
         };
         [first, second]
-    }
-}
-
-impl SlidingJoint {
-    /// The centreline of its rod.
-    pub fn centreline(&self, model: &Model) -> Centreline {
-        Centreline::new(model.segments[self.segments.clone()].iter().map(|segment| segment.length))
-    }
-
-    /// Where the rod's centreline is at a distance from its start [m].
-    pub fn point(&self, model: &Model, state: &State, distance: f64) -> Vector3<f64> {
-        let share = |Share { segment, position, axis }: Share| {
-            let segment = self.segments.start + segment;
-            state.positions[segment] * position[0] + state.orientations[segment] * Vector3::z() * axis[0]
-        };
-        self.centreline(model).at(distance).into_iter().map(share).sum()
-    }
-}
-
-impl Model {
-    /// Checks the sliding joints.
-    pub(crate) fn validate_sliding_joints(&self) -> Result<(), ModelError> {
-        let what = "sliding joint";
-        for (index, joint) in self.sliding_joints.iter().enumerate() {
-            let value = |quantity, value, allowed| Err(ModelError::Value { what, index, quantity, value, allowed });
-            let Range { start, end } = joint.segments;
-            let last = if end > start { end - 1 } else { start };
-            self.check_body(what, index, Body::Segment(last))?;
-            self.check_body(what, index, joint.holder)?;
-            if end <= start {
-                return value("number of segments", 0.0, "at least 1");
-            }
-            if matches!(joint.holder, Body::Segment(holder) if joint.segments.contains(&holder)) {
-                return value("its holder, segment", last as f64, "no segment of the rod that runs through it");
-            }
-            if let Some(&x) = joint.place.iter().find(|x| !x.is_finite()) {
-                return value("place", x, "finite");
-            }
-            if !(joint.friction.is_finite() && joint.friction >= 0.0) {
-                return value("friction", joint.friction, "finite and >= 0");
-            }
-            let length: f64 = self.segments[joint.segments.clone()].iter().map(|segment| segment.length).sum();
-            if !(joint.start >= 0.0 && joint.start <= length) {
-                return value("start", joint.start, "between 0 and the rod's length");
-            }
-        }
-        Ok(())
     }
 }
 

@@ -109,6 +109,35 @@ impl Model {
         validate_motions(self, state)
     }
 
+    /// Checks the sliding joints.
+    fn validate_sliding_joints(&self) -> Result<(), ModelError> {
+        let what = "sliding joint";
+        for (index, joint) in self.sliding_joints.iter().enumerate() {
+            let value = |quantity, value, allowed| Err(ModelError::Value { what, index, quantity, value, allowed });
+            let std::ops::Range { start, end } = joint.segments;
+            let last = if end > start { end - 1 } else { start };
+            self.check_body(what, index, Body::Segment(last))?;
+            self.check_body(what, index, joint.holder)?;
+            if end <= start {
+                return value("number of segments", 0.0, "at least 1");
+            }
+            if matches!(joint.holder, Body::Segment(holder) if joint.segments.contains(&holder)) {
+                return value("its holder, segment", last as f64, "no segment of the rod that runs through it");
+            }
+            if let Some(&x) = joint.place.iter().find(|x| !x.is_finite()) {
+                return value("place", x, "finite");
+            }
+            if !(joint.friction.is_finite() && joint.friction >= 0.0) {
+                return value("friction", joint.friction, "finite and >= 0");
+            }
+            let length: f64 = self.segments[joint.segments.clone()].iter().map(|segment| segment.length).sum();
+            if !(joint.start >= 0.0 && joint.start <= length) {
+                return value("start", joint.start, "between 0 and the rod's length");
+            }
+        }
+        Ok(())
+    }
+
     /// Checks that there is the body that something of the model points to.
     pub(crate) fn check_body(&self, what: &'static str, index: usize, body: Body) -> Result<(), ModelError> {
         let (target, to, count) = match body {

@@ -103,7 +103,7 @@ impl Run {
         // What can touch is stepped together.
         let sets = match model.contacts.is_empty() {
             true => split_alike(model),
-            false => vec![Alike { topology: Arc::new(topology), sets: vec![all] }],
+            false => vec![Alike { topology: Arc::new(topology), sets: vec![all], slides: false }],
         };
         let firsts = sets.iter().flat_map(|alike| &alike.sets).enumerate();
         let numbers = firsts.filter_map(|(k, members)| Some((*members.segments.first()?, k))).collect();

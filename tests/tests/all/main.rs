@@ -11,6 +11,7 @@ mod contact_scenes;
 mod drum;
 mod dynamics;
 mod equilibria;
+mod eyelets;
 mod grip_to_grip;
 mod grips;
 mod inner_damping;

@@ -6,6 +6,7 @@
 //!
 //! Where bodies can touch, an iteration has more parts (`exact/touching.rs`).
 
+mod bordered;
 mod sliding;
 mod touching;
 
@@ -25,8 +26,7 @@ use crate::formulation::Formulation;
 use crate::start::StepGuess;
 use crate::step::{Interval, StepParams};
 
-use sliding::Bordered;
-pub(crate) use sliding::{attempt_sliding, evaluate_sliding};
+use bordered::Bordered;
 
 /// What the tangent leaves out is put right where it would leave more than this share of the square of the residual: Newton's
 /// method itself leaves about as much.

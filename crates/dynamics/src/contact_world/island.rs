@@ -7,8 +7,7 @@ use kernels::math::Sym3;
 use kernels::parallel;
 
 use crate::attempt::{
-    TangentChoice, begin, convergence_rate, count_solve, count_step, evaluate, evaluate_sliding, finish, may_go_on,
-    solve, update,
+    Exact, TangentChoice, begin, convergence_rate, count_solve, count_step, evaluate, finish, may_go_on, solve, update,
 };
 use crate::connected_set::{ConnectedSet, Projector};
 use crate::counters::{Counters, Stopwatch};
@@ -292,7 +291,7 @@ pub(super) fn each(sets: &mut [Box<ConnectedSet>], segments: usize, work: impl F
 /// Evaluates a set.
 fn evaluate_set(set: &mut ConnectedSet, formulation: Formulation) {
     set.attempt.residuals = match set.component.slides() {
-        true => evaluate_sliding(&mut set.component, &mut set.counters),
+        true => Exact::evaluate_sliding(&mut set.component, &mut set.counters),
         false => evaluate(&mut set.component, formulation, &mut set.counters),
     };
 }

@@ -13,44 +13,15 @@
 
 use component::{BodyColumns, Border, Component, Residuals, UNKNOWNS};
 use jointed::linear::articulated::Side;
-use jointed::tangent::Equations;
 use kernels::Spatial;
 
-use super::Exact;
+use super::bordered::{Bordered, along, give_sides, solve_dense, take_bodies, take_sides};
+use super::{Exact, SHARES};
 use crate::attempt::{Attempt, begin, evaluate, may_go_on};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
 use crate::start::StepGuess;
 use crate::step::{Interval, StepParams};
-
-/// Shares of a step that are tried.
-const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
-
-/// Memory for the border.
-#[derive(Default)]
-pub(super) struct Bordered {
-    borders: Vec<Border>,
-    /// Answers of bodies to each unknown.
-    columns: Vec<Vec<Spatial<f64>>>,
-    /// Those of bodies and joints to what the rods miss.
-    own: (Vec<Spatial<f64>>, Vec<Spatial<f64>>),
-    /// Right-hand sides of bodies and joints.
-    sides: (Vec<Spatial<f64>>, Vec<Spatial<f64>>),
-    /// The border's matrix, row by row, and its right-hand side, which the solution replaces.
-    matrix: Vec<f64>,
-    solution: Vec<f64>,
-    /// The matrix without friction.
-    symmetric: Vec<f64>,
-    /// Memory of a solve.
-    scratch: Vec<f64>,
-}
-
-impl Bordered {
-    /// Whether there are eyelets.
-    pub(super) fn is_there(&self) -> bool {
-        !self.borders.is_empty()
-    }
-}
 
 impl Exact<f64> {
     /// Solves for a step from the last evaluation; returns whether it could.
@@ -136,55 +107,6 @@ impl Exact<f64> {
     }
 }
 
-type Sides = (Vec<Spatial<f64>>, Vec<Spatial<f64>>);
-
-/// Puts the right-hand sides of equations down.
-fn take_bodies(equations: &Equations<f64>, sides: &mut Vec<Spatial<f64>>) {
-    sides.clear();
-    sides.extend(equations.bodies.iter().map(|body| body.defect));
-}
-
-/// Takes the right-hand sides off equations.
-fn take_sides(equations: &mut Equations<f64>, (bodies, joints): &mut Sides) {
-    take_bodies(equations, bodies);
-    joints.clear();
-    joints.extend(equations.joints.iter().map(|joint| joint.rhs));
-    equations.bodies.iter_mut().for_each(|body| body.defect = Spatial::zero());
-    equations.joints.iter_mut().for_each(|joint| joint.rhs = Spatial::zero());
-}
-
-/// Gives them back.
-fn give_sides(equations: &mut Equations<f64>, (bodies, joints): &Sides) {
-    equations.bodies.iter_mut().zip(bodies).for_each(|(body, side)| body.defect = *side);
-    equations.joints.iter_mut().zip(joints).for_each(|(joint, side)| joint.rhs = *side);
-}
-
-/// Solves with a small matrix, given row by row, in the place of the right-hand side: Gauss's elimination with partial pivoting. Returns
-/// whether the solution is finite.
-fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) -> bool {
-    let size = rhs.len();
-    for k in 0..size {
-        let pivot = (k..size).max_by(|&a, &b| matrix[a * size + k].abs().total_cmp(&matrix[b * size + k].abs()));
-        let pivot = pivot.unwrap_or(k);
-        if pivot != k {
-            (0..size).for_each(|column| matrix.swap(k * size + column, pivot * size + column));
-            rhs.swap(k, pivot);
-        }
-        for row in k + 1..size {
-            let share = matrix[row * size + k] / matrix[k * size + k];
-            if share != 0.0 {
-                (k + 1..size).for_each(|column| matrix[row * size + column] -= share * matrix[k * size + column]);
-                rhs[row] -= share * rhs[k];
-            }
-        }
-    }
-    for k in (0..size).rev() {
-        let later: f64 = (k + 1..size).map(|column| matrix[k * size + column] * rhs[column]).sum();
-        rhs[k] = (rhs[k] - later) / matrix[k * size + k];
-    }
-    rhs.iter().all(|x| x.is_finite())
-}
-
 impl Exact<f64> {
     /// What the eyelets change in the work that unit forces of the `sides` do on each other's answers. Friction in eyelets is left out, for
     /// which the operator would not be symmetric.
@@ -231,22 +153,6 @@ impl Exact<f64> {
     }
 }
 
-/// What the bodies' corrections do to a row of the border.
-fn along(border: &Border, row: usize, corrections: &[Spatial<f64>]) -> f64 {
-    let of = |own: &BodyColumns| {
-        let row = if row % UNKNOWNS == 3 { own.row } else { own.columns[row % UNKNOWNS] };
-        row.dot(corrections[own.body])
-    };
-    border.bodies.iter().map(of).sum()
-}
-
-/// What the state misses, eyelets included.
-pub(crate) fn evaluate_sliding(component: &mut Component<f64>, counters: &mut Counters) -> Residuals<f64> {
-    let mut residuals = evaluate(component, Formulation::Newton, counters);
-    with_gap(component, &mut residuals);
-    residuals
-}
-
 /// Takes what eyelets miss into the residuals.
 fn with_gap(component: &Component<f64>, residuals: &mut Residuals<f64>) {
     let gap = component.eyelet_gap();
@@ -255,6 +161,13 @@ fn with_gap(component: &Component<f64>, residuals: &mut Residuals<f64>) {
 }
 
 impl Exact<f64> {
+    /// What the state misses, eyelets included.
+    pub(crate) fn evaluate_sliding(component: &mut Component<f64>, counters: &mut Counters) -> Residuals<f64> {
+        let mut residuals = evaluate(component, Formulation::Newton, counters);
+        with_gap(component, &mut residuals);
+        residuals
+    }
+
     /// Takes eyelets into an attempt that has begun. From a prediction, where joints transmit nothing yet, it takes the forces of a first solve
     /// and leaves the poses: without the stiffness that tension gives, eyelets would turn light segments about.
     pub(crate) fn begin_sliding(
@@ -273,7 +186,7 @@ impl Exact<f64> {
         component.go_on_from((&self.poses, &self.lambda), &self.dp, 1.0, 1.0);
         component.take_eyelets_forces();
         count(component, counters);
-        attempt.residuals = evaluate_sliding(component, counters);
+        attempt.residuals = Self::evaluate_sliding(component, counters);
     }
 }
 
@@ -285,55 +198,57 @@ fn count(component: &mut Component<f64>, counters: &mut Counters) {
     counters.branch_eliminations += component.system.topology.branches as u64;
 }
 
-/// [`crate::attempt::attempt`] for a set whose rods run through eyelets.
-pub(crate) fn attempt_sliding(
-    component: &mut Component<f64>,
-    interval: Interval,
-    params: &StepParams,
-    exact: &mut Exact<f64>,
-    guess: &mut dyn StepGuess<f64>,
-    counters: &mut Counters,
-) -> Attempt<f64> {
-    component.is_apart = true;
-    let mut attempt = begin(component, interval, params, guess, counters);
-    exact.begin_sliding(component, &mut attempt, counters);
-    let mut before = attempt.error;
-    for iteration in 0..params.max_iterations.saturating_mul(2) {
-        let now = attempt.error;
-        let is_due = now > attempt.target && may_go_on(iteration, now, before, params);
-        if !is_due || !attempt.residuals.check.is_finite() {
-            break;
-        }
-        before = now;
-        if !exact.find_bordered(component, counters) {
-            attempt.error = f64::INFINITY;
-            break;
-        }
-        let worst = attempt.residuals.worst();
-        exact.poses.clone_from(&component.poses);
-        exact.lambda.clone_from(&component.lambda);
-        let mut taken = 0.0;
-        let mut found = attempt.residuals;
-        // Where no share leaves less, the whole step is taken: residuals of stiff joints need not fall at first.
-        for share in SHARES.into_iter().chain([1.0]) {
-            let mut watch = Stopwatch::start();
-            component.go_on_from((&exact.poses, &exact.lambda), &exact.dp, share, 1.0);
-            component.move_eyelets(share - taken);
-            taken = share;
-            watch.mark(&mut counters.times.update);
-            found = evaluate_sliding(component, counters);
-            watch.mark(&mut counters.times.assemble);
-            if found.worst() < worst {
+impl Exact<f64> {
+    /// [`crate::attempt::attempt`] for a set whose rods run through eyelets.
+    pub(crate) fn attempt_sliding(
+        &mut self,
+        component: &mut Component<f64>,
+        interval: Interval,
+        params: &StepParams,
+        guess: &mut dyn StepGuess<f64>,
+        counters: &mut Counters,
+    ) -> Attempt<f64> {
+        component.is_apart = true;
+        let mut attempt = begin(component, interval, params, guess, counters);
+        self.begin_sliding(component, &mut attempt, counters);
+        let mut before = attempt.error;
+        for iteration in 0..params.max_iterations.saturating_mul(2) {
+            let now = attempt.error;
+            let is_due = now > attempt.target && may_go_on(iteration, now, before, params);
+            if !is_due || !attempt.residuals.check.is_finite() {
                 break;
             }
+            before = now;
+            if !self.find_bordered(component, counters) {
+                attempt.error = f64::INFINITY;
+                break;
+            }
+            let worst = attempt.residuals.worst();
+            self.poses.clone_from(&component.poses);
+            self.lambda.clone_from(&component.lambda);
+            let mut taken = 0.0;
+            let mut found = attempt.residuals;
+            // Where no share leaves less, the whole step is taken: residuals of stiff joints need not fall at first.
+            for share in SHARES.into_iter().chain([1.0]) {
+                let mut watch = Stopwatch::start();
+                component.go_on_from((&self.poses, &self.lambda), &self.dp, share, 1.0);
+                component.move_eyelets(share - taken);
+                taken = share;
+                watch.mark(&mut counters.times.update);
+                found = Self::evaluate_sliding(component, counters);
+                watch.mark(&mut counters.times.assemble);
+                if found.worst() < worst {
+                    break;
+                }
+            }
+            count(component, counters);
+            let correction = component.correction.max(component.eyelet_correction());
+            attempt.take(found, correction, 1.0);
+            if component.choose_slip() {
+                (attempt.error, attempt.correction) = (f64::INFINITY, f64::INFINITY);
+            }
         }
-        count(component, counters);
-        let correction = component.correction.max(component.eyelet_correction());
-        attempt.take(found, correction, 1.0);
-        if component.choose_slip() {
-            (attempt.error, attempt.correction) = (f64::INFINITY, f64::INFINITY);
-        }
+        component.is_apart = false;
+        attempt
     }
-    component.is_apart = false;
-    attempt
 }

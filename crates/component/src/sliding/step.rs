@@ -1,0 +1,350 @@
+//! What eyelets do in a step of a component.
+
+use jointed::tangent::{Equations, curvature};
+use kernels::Spatial;
+use kernels::lane::Real;
+use kernels::math::Vec3;
+use rod::{Model, Share, Sliding, SlidingJoint};
+
+use super::{BodyColumns, Border, Eyelet, Slip, UNKNOWNS};
+use crate::parts::{pick_pose, vec3};
+use crate::snapshot::StateVisitor;
+use crate::{BodyPose, Component, Members};
+
+impl<T: Real> Component<T> {
+    /// Whether any rod slides.
+    pub fn slides(&self) -> bool {
+        !self.eyelets.all.is_empty()
+    }
+
+    /// Whether an eyelet came to an end of its rod in the step under way: an impact.
+    pub fn eyelet_hits(&self) -> bool {
+        let hits = |eyelet: &Eyelet| {
+            let ends = [0.0, eyelet.line.length()];
+            eyelet.slip == Slip::Sticks && ends.contains(&eyelet.target) && eyelet.start != eyelet.target
+        };
+        self.eyelets.all.iter().any(hits)
+    }
+
+    /// Adds what eyelets do to bodies to their impulses.
+    #[inline(always)]
+    pub(crate) fn add_eyelets(&self, impulses: &mut [Spatial<T>]) {
+        for (impulse, &own) in impulses.iter_mut().zip(&self.eyelets.impulses) {
+            *impulse = impulse.plus(Spatial::splat(own), T::splat(1.0));
+        }
+    }
+
+    /// Takes eyelets back to the start of the step.
+    pub(crate) fn roll_back_eyelets(&mut self) {
+        for eyelet in &mut self.eyelets.all {
+            (eyelet.place, eyelet.slip) = (eyelet.start, eyelet.slip_at_start);
+        }
+    }
+
+    /// Ends a step that is accepted.
+    pub(crate) fn end_eyelets(&mut self) {
+        let (per_dt, effective) = (1.0 / self.dt, self.effective.lane(0));
+        for eyelet in &mut self.eyelets.all {
+            eyelet.rate = (eyelet.place - eyelet.start) * per_dt;
+            eyelet.last_force = eyelet.force * (1.0 / (effective * effective));
+        }
+    }
+
+    /// Shows a visitor what the next step begins with.
+    pub(crate) fn visit_eyelets(&mut self, visitor: &mut StateVisitor<'_>) {
+        visitor.list(&mut self.eyelets.all, |visitor, eyelet| {
+            visitor.number(&mut eyelet.place);
+            visitor.number(&mut eyelet.rate);
+            visitor.vector(&mut eyelet.last_force);
+            let mut sign = match eyelet.slip {
+                Slip::Sticks => 0.0,
+                Slip::Slides(sign) => sign,
+            };
+            visitor.number(&mut sign);
+            eyelet.slip = if sign == 0.0 { Slip::Sticks } else { Slip::Slides(sign) };
+        });
+    }
+
+    /// Where the eyelets of the model are that these bodies slide in, and what they do.
+    pub fn each_sliding(&self, mut see: impl FnMut(usize, Sliding)) {
+        for eyelet in &self.eyelets.all {
+            let force = eyelet.last_force.0.into();
+            see(eyelet.index, Sliding { place: eyelet.place, rate: eyelet.rate, force });
+        }
+    }
+}
+
+impl<T: Real> Component<T> {
+    /// The pose of a body. Rods that slide are not in lanes.
+    #[inline(always)]
+    fn pose_of(&self, body: usize) -> BodyPose<f64> {
+        pick_pose(&self.poses[body], 0)
+    }
+
+    /// Where an eyelet is.
+    fn eyelet_at(&self, k: usize) -> Vec3<f64> {
+        let eyelet = &self.eyelets.all[k];
+        let pose = self.pose_of(eyelet.holder);
+        pose.x + pose.q.rotate(eyelet.at)
+    }
+
+    /// The point of an eyelet's rod at this distance, or its first or second derivative.
+    fn point(&self, k: usize, place: f64, order: usize) -> Vec3<f64> {
+        let eyelet = &self.eyelets.all[k];
+        let share = |Share { segment, position, axis }: Share| {
+            let pose = self.pose_of(eyelet.first + segment);
+            pose.x * position[order] + pose.q.axis() * axis[order]
+        };
+        let [a, b] = eyelet.line.at(place).map(share);
+        a + b
+    }
+
+    /// Begins an attempt at a step whose prediction is made: forces are those of the step before. `is_guessed`: so are multipliers, and eyelets go
+    /// on along their rods.
+    ///
+    /// The angle theta by which the rod turns from a segment before the eyelet to one behind it says how much of the normal force is friction
+    /// at most: as a rod of tensions `T exp(mu theta)` and T on a round edge presses and pulls it, `mu tanh(mu theta / 2) / (mu tan(theta / 2))`.
+    pub fn begin_sliding(&mut self, is_guessed: bool) {
+        let effective = self.effective.lane(0);
+        for k in 0..self.eyelets.all.len() {
+            let (length, segment) = (self.eyelets.all[k].line.length(), self.segment_length(k));
+            let place = self.eyelets.all[k].place;
+            let ends = [place - segment, place + segment].map(|place| place.clamp(0.0, length));
+            let [a, b] = ends.map(|place| self.point(k, place, 1));
+            let cosine = a.dot(b) / (a.norm_squared() * b.norm_squared()).sqrt();
+            let (dt, eyelet) = (self.dt, &mut self.eyelets.all[k]);
+            let turn = cosine.clamp(-1.0, 1.0).acos();
+            let mu = eyelet.friction;
+            let slope = if turn > 1e-4 { (0.5 * mu * turn).tanh() / (0.5 * turn).tan() } else { mu };
+            eyelet.share = slope / (1.0 + slope * slope).sqrt();
+            (eyelet.start, eyelet.slip_at_start, eyelet.target) = (place, eyelet.slip, place);
+            eyelet.force = eyelet.last_force * (effective * effective);
+            if let (true, Slip::Slides(_)) = (is_guessed, eyelet.slip) {
+                eyelet.place = (place + eyelet.rate * dt).clamp(0.0, length);
+            }
+        }
+        self.gather_eyelets();
+    }
+
+    /// The length of the segment at an eyelet [m].
+    fn segment_length(&self, k: usize) -> f64 {
+        let eyelet = &self.eyelets.all[k];
+        self.bodies[eyelet.first + eyelet.line.at(eyelet.place)[0].segment].length.lane(0)
+    }
+
+    /// Sums up what eyelets do to bodies, where poses, forces and places are now.
+    pub fn gather_eyelets(&mut self) {
+        self.eyelets.impulses.fill(Spatial::zero());
+        for k in 0..self.eyelets.all.len() {
+            let eyelet = &self.eyelets.all[k];
+            for Share { segment, position, axis } in eyelet.line.at(eyelet.place) {
+                let body = eyelet.first + segment;
+                let arm = self.pose_of(body).q.axis() * axis[0];
+                let own = Spatial { linear: eyelet.force * position[0], angular: arm.cross(eyelet.force) };
+                self.eyelets.impulses[body] = self.eyelets.impulses[body].plus(own, 1.0);
+            }
+            let arm = self.pose_of(eyelet.holder).q.rotate(eyelet.at);
+            let own = Spatial { linear: eyelet.force, angular: arm.cross(eyelet.force) };
+            self.eyelets.impulses[eyelet.holder] = self.eyelets.impulses[eyelet.holder].plus(own, -1.0);
+        }
+    }
+
+    /// How far eyelets are from their rods at most, in lengths of the segments there.
+    pub fn eyelet_gap(&self) -> f64 {
+        let gap = |k: usize| {
+            let missed = self.eyelet_at(k) - self.point(k, self.eyelets.all[k].place, 0);
+            missed.norm_squared().sqrt() / self.segment_length(k)
+        };
+        (0..self.eyelets.all.len()).map(gap).fold(0.0, f64::max)
+    }
+}
+
+impl Component<f64> {
+    /// Adds the model's sliding joints of these members, each where it is nearest to its eyelet.
+    pub fn add_eyelets_of(&mut self, model: &Model, members: &Members) {
+        for (index, joint) in model.sliding_joints.iter().enumerate() {
+            let body = members.body(rod::Body::Segment(joint.segments.start));
+            let (Some(first), Some(holder)) = (body, members.body(joint.holder)) else { continue };
+            let SlidingJoint { place, start, friction, .. } = joint;
+            let mut eyelet = Eyelet {
+                index,
+                first,
+                line: joint.centreline(model),
+                holder,
+                at: Vec3(vec3(place)),
+                friction: *friction,
+                share: 0.0,
+                place: *start,
+                start: *start,
+                rate: 0.0,
+                slip: Slip::Sticks,
+                slip_at_start: Slip::Sticks,
+                force: Vec3::zero(),
+                last_force: Vec3::zero(),
+                target: *start,
+                change: (Vec3::zero(), 0.0),
+            };
+            if *friction == 0.0 {
+                eyelet.slip = Slip::Slides(1.0);
+            }
+            self.eyelets.all.push(eyelet);
+        }
+        self.eyelets.impulses.resize(if self.eyelets.all.is_empty() { 0 } else { self.poses.len() }, Spatial::zero());
+        self.find_places();
+    }
+
+    /// Puts eyelets to where along their rods these are nearest to them, if not where they began: a run may go on from poses alone.
+    fn find_places(&mut self) {
+        for k in 0..self.eyelets.all.len() {
+            let (eyelet, at) = (&self.eyelets.all[k], self.eyelet_at(k));
+            let miss = |place: f64| (self.point(k, place, 0) - at).norm_squared();
+            let (length, steps) = (eyelet.line.length(), 64);
+            let mut best = eyelet.place;
+            for step in 0..=steps {
+                let place = length * f64::from(step) / f64::from(steps);
+                best = if miss(place) < miss(best) { place } else { best };
+            }
+            // Halving about the best of a grid: as exact as numbers are.
+            let mut reach = length / f64::from(steps);
+            while reach > 1e-15 * length {
+                let next = [best - reach, best + reach].map(|place| place.clamp(0.0, length));
+                match next.into_iter().find(|&place| miss(place) < miss(best)) {
+                    Some(place) => best = place,
+                    None => reach *= 0.5,
+                }
+            }
+            self.eyelets.all[k].place = best;
+        }
+    }
+
+    /// Adds to the equations how forces of eyelets change as bodies turn.
+    pub fn add_eyelets_curvature(&self, Equations { bodies, .. }: &mut Equations<f64>) {
+        for eyelet in &self.eyelets.all {
+            for Share { segment, axis, .. } in eyelet.line.at(eyelet.place) {
+                let body = eyelet.first + segment;
+                let arm = self.poses[body].q.axis() * axis[0];
+                bodies[body].turning += curvature::of_force(eyelet.force, arm);
+            }
+            let arm = self.poses[eyelet.holder].q.rotate(eyelet.at);
+            bodies[eyelet.holder].turning += curvature::of_force(-eyelet.force, arm);
+        }
+    }
+
+    /// The border of an eyelet.
+    pub fn border(&self, k: usize, out: &mut Border) {
+        let eyelet = &self.eyelets.all[k];
+        let (force, place) = (eyelet.force, eyelet.place);
+        let [point, tangent, second] = [0, 1, 2].map(|order| self.point(k, place, order));
+        let missed = self.eyelet_at(k) - point;
+        let (size, speed) = (force.norm_squared().sqrt(), tangent.norm_squared().sqrt());
+        let unit = if size > 0.0 { force * (1.0 / size) } else { Vec3::zero() };
+        let sign = if let Slip::Slides(sign) = eyelet.slip { sign } else { 0.0 };
+        let sticks = eyelet.slip == Slip::Sticks;
+        let friction = sign * eyelet.share;
+        // c'.F - friction |c'| |F|, by what it changes with F and with c'.
+        let by_force = tangent - unit * (friction * speed);
+        let by_tangent = force - tangent * (friction * size / speed);
+        out.bodies.clear();
+        for Share { segment, position, axis } in eyelet.line.at(place) {
+            let body = eyelet.first + segment;
+            let direction = self.poses[body].q.axis();
+            let column = |c: usize| {
+                let mut along = Vec3::zero();
+                along.0[c] = 1.0;
+                Spatial { linear: along * position[0], angular: (direction * axis[0]).cross(along) }
+            };
+            let of = |f: Vec3<f64>| Spatial { linear: f * position[1], angular: (direction * axis[1]).cross(f) };
+            let columns = [column(0), column(1), column(2), of(force)];
+            out.bodies.push(BodyColumns { body, columns, row: if sticks { Spatial::zero() } else { of(by_tangent) } });
+        }
+        let arm = self.poses[eyelet.holder].q.rotate(eyelet.at);
+        let column = |c: usize| {
+            let mut along = Vec3::zero();
+            along.0[c] = -1.0;
+            Spatial { linear: along, angular: arm.cross(along) }
+        };
+        let columns = [column(0), column(1), column(2), Spatial::zero()];
+        out.bodies.push(BodyColumns { body: eyelet.holder, columns, row: Spatial::zero() });
+        out.bodies.retain(|columns| self.bodies[columns.body].free != 0.0);
+        out.own = [[0.0; UNKNOWNS]; UNKNOWNS];
+        for c in 0..3 {
+            out.own[c][3] = tangent.0[c];
+            out.own[3][c] = if sticks { 0.0 } else { by_force.0[c] };
+            out.missed[c] = missed.0[c];
+        }
+        out.own[3][3] = if sticks { 1.0 } else { by_tangent.dot(second) };
+        let along = friction * speed * size - tangent.dot(force);
+        out.missed[3] = if sticks { eyelet.target - place } else { along };
+    }
+
+    /// How many there are.
+    pub fn eyelet_count(&self) -> usize {
+        self.eyelets.all.len()
+    }
+
+    /// Takes the solution of the border: changes of the force and the place of each eyelet.
+    pub fn take_eyelets_solution(&mut self, solution: &[f64]) {
+        for (eyelet, new) in self.eyelets.all.iter_mut().zip(solution.chunks_exact(UNKNOWNS)) {
+            eyelet.change = (Vec3([new[0], new[1], new[2]]), new[3]);
+        }
+    }
+
+    /// Takes the forces of the last solution, and leaves places where they are.
+    pub fn take_eyelets_forces(&mut self) {
+        for eyelet in &mut self.eyelets.all {
+            let (force, _) = eyelet.change;
+            eyelet.force += force;
+        }
+        self.gather_eyelets();
+    }
+
+    /// Adds a share of the last solution; places stay on their rods.
+    pub fn move_eyelets(&mut self, share: f64) {
+        for eyelet in &mut self.eyelets.all {
+            let (force, place) = eyelet.change;
+            eyelet.force += force * share;
+            eyelet.place += place * share;
+        }
+        self.gather_eyelets();
+    }
+
+    /// How far the last solution moves eyelets along their rods at most, in lengths of the segments there.
+    pub fn eyelet_correction(&self) -> f64 {
+        let moved = |k: usize| self.eyelets.all[k].change.1.abs() / self.segment_length(k);
+        (0..self.eyelets.all.len()).map(moved).fold(0.0, f64::max)
+    }
+
+    /// Lets eyelets stick or slide by their forces and by where they went; returns whether any changes. What would leave its rod sticks to
+    /// the end of it; what slides the other way than its friction says sticks to where it was.
+    pub fn choose_slip(&mut self) -> bool {
+        let mut changes = false;
+        for k in 0..self.eyelets.all.len() {
+            let tangent = self.point(k, self.eyelets.all[k].place, 1);
+            let eyelet = &mut self.eyelets.all[k];
+            let length = eyelet.line.length();
+            let along = tangent.dot(eyelet.force) / tangent.norm_squared().sqrt();
+            let most = eyelet.share * eyelet.force.norm_squared().sqrt();
+            let before = (eyelet.slip, eyelet.target);
+            match eyelet.slip {
+                Slip::Slides(sign) => {
+                    let rounding = 1e-12 * length;
+                    if eyelet.place < 0.0 || eyelet.place > length {
+                        (eyelet.slip, eyelet.target) = (Slip::Sticks, eyelet.place.clamp(0.0, length));
+                    } else if eyelet.friction > 0.0 && sign * (eyelet.place - eyelet.start) < -rounding {
+                        (eyelet.slip, eyelet.target) = (Slip::Sticks, eyelet.start);
+                    }
+                }
+                Slip::Sticks => {
+                    let [is_first, is_last] = [eyelet.target <= 0.0, eyelet.target >= length];
+                    let excess = along.abs() - most * (1.0 + 1e-9);
+                    let is_pushed_in = !(is_first && along < 0.0 || is_last && along > 0.0);
+                    if excess > 0.0 && is_pushed_in {
+                        eyelet.slip = Slip::Slides(along.signum());
+                    }
+                }
+            }
+            changes |= before != (eyelet.slip, eyelet.target);
+        }
+        changes
+    }
+}

@@ -1,0 +1,89 @@
+//! The border of eyelets beside the rods' equations: its memory, and small dense systems.
+
+use component::{BodyColumns, Border, UNKNOWNS};
+use jointed::tangent::Equations;
+use kernels::Spatial;
+
+/// Memory for the border.
+#[derive(Default)]
+pub(super) struct Bordered {
+    pub(super) borders: Vec<Border>,
+    /// Answers of bodies to each unknown.
+    pub(super) columns: Vec<Vec<Spatial<f64>>>,
+    /// Those of bodies and joints to what the rods miss.
+    pub(super) own: (Vec<Spatial<f64>>, Vec<Spatial<f64>>),
+    /// Right-hand sides of bodies and joints.
+    pub(super) sides: (Vec<Spatial<f64>>, Vec<Spatial<f64>>),
+    /// The border's matrix, row by row, and its right-hand side, which the solution replaces.
+    pub(super) matrix: Vec<f64>,
+    pub(super) solution: Vec<f64>,
+    /// The matrix without friction.
+    pub(super) symmetric: Vec<f64>,
+    /// Memory of a solve.
+    pub(super) scratch: Vec<f64>,
+}
+
+impl Bordered {
+    /// Whether there are eyelets.
+    pub(super) fn is_there(&self) -> bool {
+        !self.borders.is_empty()
+    }
+}
+
+type Sides = (Vec<Spatial<f64>>, Vec<Spatial<f64>>);
+
+/// Puts the right-hand sides of equations down.
+pub(super) fn take_bodies(equations: &Equations<f64>, sides: &mut Vec<Spatial<f64>>) {
+    sides.clear();
+    sides.extend(equations.bodies.iter().map(|body| body.defect));
+}
+
+/// Takes the right-hand sides off equations.
+pub(super) fn take_sides(equations: &mut Equations<f64>, (bodies, joints): &mut Sides) {
+    take_bodies(equations, bodies);
+    joints.clear();
+    joints.extend(equations.joints.iter().map(|joint| joint.rhs));
+    equations.bodies.iter_mut().for_each(|body| body.defect = Spatial::zero());
+    equations.joints.iter_mut().for_each(|joint| joint.rhs = Spatial::zero());
+}
+
+/// Gives them back.
+pub(super) fn give_sides(equations: &mut Equations<f64>, (bodies, joints): &Sides) {
+    equations.bodies.iter_mut().zip(bodies).for_each(|(body, side)| body.defect = *side);
+    equations.joints.iter_mut().zip(joints).for_each(|(joint, side)| joint.rhs = *side);
+}
+
+/// What the bodies' corrections do to a row of the border.
+pub(super) fn along(border: &Border, row: usize, corrections: &[Spatial<f64>]) -> f64 {
+    let of = |own: &BodyColumns| {
+        let row = if row % UNKNOWNS == 3 { own.row } else { own.columns[row % UNKNOWNS] };
+        row.dot(corrections[own.body])
+    };
+    border.bodies.iter().map(of).sum()
+}
+
+/// Solves with a small matrix, given row by row, in the place of the right-hand side: Gauss's elimination with partial pivoting. Returns
+/// whether the solution is finite.
+pub(super) fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) -> bool {
+    let size = rhs.len();
+    for k in 0..size {
+        let pivot = (k..size).max_by(|&a, &b| matrix[a * size + k].abs().total_cmp(&matrix[b * size + k].abs()));
+        let pivot = pivot.unwrap_or(k);
+        if pivot != k {
+            (0..size).for_each(|column| matrix.swap(k * size + column, pivot * size + column));
+            rhs.swap(k, pivot);
+        }
+        for row in k + 1..size {
+            let share = matrix[row * size + k] / matrix[k * size + k];
+            if share != 0.0 {
+                (k + 1..size).for_each(|column| matrix[row * size + column] -= share * matrix[k * size + column]);
+                rhs[row] -= share * rhs[k];
+            }
+        }
+    }
+    for k in (0..size).rev() {
+        let later: f64 = (k + 1..size).map(|column| matrix[k * size + column] * rhs[column]).sum();
+        rhs[k] = (rhs[k] - later) / matrix[k * size + k];
+    }
+    rhs.iter().all(|x| x.is_finite())
+}
