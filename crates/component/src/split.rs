@@ -37,14 +37,17 @@ impl Alike {
 
 /// Splits a model into its connected sets, alike ones together, in the order in which the first of each kind comes.
 pub fn split_alike(model: &Model) -> Vec<Alike> {
-    let mut kinds: HashMap<(Vec<[u32; 2]>, Vec<bool>, bool), usize> = HashMap::new();
+    let mut kinds: HashMap<(Vec<[u32; 2]>, Vec<bool>), usize> = HashMap::new();
     let mut by_kind: Vec<(Arc<Topology>, Vec<Members>, bool)> = Vec::new();
     for (members, topology) in split(model) {
         let has = |segment: usize| members.segments.binary_search(&segment).is_ok();
-        let slides = model.sliding_joints.iter().any(|joint| has(joint.segments.start));
-        let key = (topology.joints.clone(), topology.fixed.clone(), slides);
+        if model.sliding_joints.iter().any(|joint| has(joint.segments.start)) {
+            by_kind.push((Arc::new(topology), vec![members], true));
+            continue;
+        }
+        let key = (topology.joints.clone(), topology.fixed.clone());
         let index = *kinds.entry(key).or_insert_with(|| {
-            by_kind.push((Arc::new(topology), Vec::new(), slides));
+            by_kind.push((Arc::new(topology), Vec::new(), false));
             by_kind.len() - 1
         });
         by_kind[index].1.push(members);

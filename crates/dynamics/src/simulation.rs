@@ -239,7 +239,7 @@ impl Simulation {
                     set.tangents =
                         (!exact && !alike.slides && set.exact.is_some()).then(|| TangentChoice::new(&alike.topology));
                 }
-                if alike.slides && !alike.topology.elimination.is_some() {
+                if alike.slides && alike.topology.elimination.is_none() {
                     return Err(SimulationError::Sliding("rods without loops"));
                 }
                 if exact && set.exact.is_none() {

@@ -348,9 +348,9 @@ impl<'a> Files<'a> {
         };
         let (frames, refused) = match finished {
             Ok(trajectory) => {
-                let tables = [self.contacts.take(), self.eyelets.take()].into_iter().flatten();
-                let contacts = tables.map(TableWriter::finish).collect::<Result<(), _>>().map_err(Error::from);
-                let beside = contacts.and_then(|()| self.write_beside(trajectory.as_deref(), scene, progress, more));
+                let mut tables = [self.contacts.take(), self.eyelets.take()].into_iter().flatten();
+                let tables = tables.try_for_each(TableWriter::finish).map_err(Error::from);
+                let beside = tables.and_then(|()| self.write_beside(trajectory.as_deref(), scene, progress, more));
                 (trajectory.map_or(0, |_| frames_computed), beside.err())
             }
             Err(refused) => {
