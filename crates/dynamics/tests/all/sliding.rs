@@ -145,8 +145,8 @@ fn bent(turn: f64, pulls: [f64; 2], friction: f64, fraction: f64) -> (Model, Sta
 
 #[test]
 fn a_rope_slides_where_its_tensions_differ_by_the_capstan_factor() {
-    for (turn, friction) in [(0.3, 0.3), (0.5, 0.2), (1.0, 0.4)] {
-        let factor = (friction * turn as f64).exp();
+    for (turn, friction) in [(0.3_f64, 0.3), (0.5, 0.2), (1.0, 0.4)] {
+        let factor = (friction * turn).exp();
         for (share, slides) in [(0.99, false), (1.01, true)] {
             let (model, state) = bent(turn, [10.0, 10.0 * factor * share], friction, 0.0);
             // The first jerk may take it along; what slides goes on to the rope's end.
