@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use cosserat::scene::{self, Scene};
 use cosserat::simulation::{Simulation, Snapshot, Status};
-use cosserat::state::{Body, JointForce, Model, State};
+use cosserat::state::{Body, JointForce, Model, Sliding, State};
 use tempfile::TempDir;
 
 use crate::case::Case;
@@ -135,6 +135,7 @@ fn run(scene: &Scene, case: &Case, report: &mut Report) -> Result<Option<Middle>
     let mut states = [0; 3].map(|_| scene.state.clone());
     let mut forces = [0; 2].map(|_| vec![JointForce::default(); model.joints.len()]);
     let mut contacts = Vec::new();
+    let mut sliding = vec![Sliding::default(); model.sliding_joints.len()];
     let mut balance = EnergyBalance::default();
     let (mut snapshot, mut was_whole, mut held) = (simulation.snapshot(), false, holds(&model));
     for number in 1..=steps {
@@ -148,6 +149,7 @@ fn run(scene: &Scene, case: &Case, report: &mut Report) -> Result<Option<Middle>
         simulation.store(&mut states[2]);
         simulation.store_joint_forces(&mut forces[1]);
         simulation.store_contact_forces(&mut contacts);
+        simulation.store_sliding(&mut sliding);
         simulation.store_model(&mut model);
         let is_same = std::mem::replace(&mut held, holds(&model)) == held;
         let is_whole = status == Status::Converged;
@@ -162,6 +164,7 @@ fn run(scene: &Scene, case: &Case, report: &mut Report) -> Result<Option<Middle>
             earlier: is_second.then_some(earlier),
             forces: [&forces[0], &forces[1]],
             contacts: &contacts,
+            sliding: &sliding,
             time: simulation.time(),
             dt,
             status,

@@ -113,6 +113,9 @@ impl Draft {
         if self.random.chance(0.7) {
             (0..self.random.pick(&[1, 1, 1, 2, 3])).for_each(|_| self.obstacle());
         }
+        if method.formulation == Formulation::Newton && self.random.chance(0.2) {
+            (0..self.random.pick(&[1, 1, 2])).for_each(|_| self.eyelet());
+        }
         if self.random.chance(0.08) {
             self.copies();
         }
@@ -194,6 +197,26 @@ impl Draft {
         name
     }
 
+    /// An eyelet of the world or of another rod.
+    fn eyelet(&mut self) {
+        let open: Vec<(String, usize)> =
+            self.rods.iter().filter(|rod| rod.is_open).map(|rod| (rod.name.clone(), rod.segments)).collect();
+        if open.is_empty() {
+            return;
+        }
+        let (name, segments) = self.random.pick(&open.iter().collect::<Vec<_>>()).clone();
+        let (segment, fraction) = (self.random.whole(0, segments - 1), self.random.uniform(0.0, 1.0));
+        put!(self, "\n[[eyelets]]\nat = {{ rod = \"{name}\", segment = {segment}, fraction = {fraction:?} }}");
+        if self.random.chance(0.6) {
+            put!(self, "friction = {:?}", self.random.uniform(0.0, 0.6));
+        }
+        let others: Vec<_> = open.iter().filter(|(other, _)| *other != name).collect();
+        if !others.is_empty() && self.random.chance(0.3) {
+            let (other, segments) = self.random.pick(&others).clone();
+            put!(self, "on = {{ rod = \"{other}\", segment = {} }}", self.random.whole(0, segments - 1));
+        }
+    }
+
     fn copies(&mut self) {
         let Some(rod) = self.rods.iter().find(|rod| rod.is_one && rod.segments <= 12) else { return };
         put!(self, "\n[[copies]]\nrods = [\"{}\"]", rod.name);
@@ -213,9 +236,16 @@ mod tests {
         let other: Vec<_> = refused
             .iter()
             .filter(|why| {
-                !["overlap", "apart", "cg-block-jacobi knows no", "full circles", "drives this segment"]
-                    .iter()
-                    .any(|known| why.contains(known))
+                ![
+                    "overlap",
+                    "apart",
+                    "cg-block-jacobi knows no",
+                    "full circles",
+                    "drives this segment",
+                    "sliding joints need",
+                ]
+                .iter()
+                .any(|known| why.contains(known))
             })
             .collect();
         assert!(other.is_empty(), "{other:#?}");

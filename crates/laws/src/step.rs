@@ -2,7 +2,7 @@
 
 use cosserat::assembly::ObstacleShape;
 use cosserat::simulation::{ContactForce, Formulation, Integrator, Status, StepParams};
-use cosserat::state::{Body, Joint, JointForce, Model, Pose, State};
+use cosserat::state::{Body, Joint, JointForce, Model, Pose, Sliding, State};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::case::Method;
@@ -24,6 +24,8 @@ pub(crate) struct Step<'a> {
     /// What joints transmit at both ends.
     pub(crate) forces: [&'a [JointForce]; 2],
     pub(crate) contacts: &'a [ContactForce],
+    /// Where eyelets are and what they do, one a sliding joint of the model.
+    pub(crate) sliding: &'a [Sliding],
     /// Time at its end [s] and its length [s].
     pub(crate) time: f64,
     pub(crate) dt: f64,

@@ -17,13 +17,9 @@ impl<T: Real> Component<T> {
         !self.eyelets.all.is_empty()
     }
 
-    /// Whether an eyelet came to an end of its rod in the step under way: an impact.
+    /// Whether an eyelet that slid has come to a stop in the step under way, by friction or at an end of its rod: an impact.
     pub fn eyelet_hits(&self) -> bool {
-        let hits = |eyelet: &Eyelet| {
-            let ends = [0.0, eyelet.line.length()];
-            eyelet.slip == Slip::Sticks && ends.contains(&eyelet.target) && eyelet.start != eyelet.target
-        };
-        self.eyelets.all.iter().any(hits)
+        self.eyelets.all.iter().any(|eyelet| eyelet.slip == Slip::Sticks && eyelet.slip_at_start != Slip::Sticks)
     }
 
     /// Adds what eyelets do to bodies to their impulses.
@@ -45,6 +41,10 @@ impl<T: Real> Component<T> {
     pub(crate) fn end_eyelets(&mut self) {
         let (per_dt, effective) = (1.0 / self.dt, self.effective.lane(0));
         for eyelet in &mut self.eyelets.all {
+            if eyelet.slip == Slip::Sticks {
+                // Rounding must not take it off an end of its rod.
+                eyelet.place = eyelet.target;
+            }
             eyelet.rate = (eyelet.place - eyelet.start) * per_dt;
             eyelet.last_force = eyelet.force * (1.0 / (effective * effective));
         }
@@ -275,6 +275,18 @@ impl Component<f64> {
         out.own[3][3] = if sticks { 1.0 } else { by_tangent.dot(second) };
         let along = friction * speed * size - tangent.dot(force);
         out.missed[3] = if sticks { eyelet.target - place } else { along };
+    }
+
+    /// The largest force that is missing in the balance of a body at the last evaluation, as a share of the largest force of an eyelet and of what
+    /// moves the body by its length in a step.
+    pub fn unbalanced(&self) -> f64 {
+        let largest = |eyelet: &Eyelet| eyelet.force.norm_squared().sqrt();
+        let largest = self.eyelets.all.iter().map(largest).fold(0.0, f64::max);
+        let missing = |(i, asked): (usize, &Spatial<f64>)| {
+            let constants = &self.bodies[i];
+            asked.linear.norm_squared().sqrt() / (constants.length + largest * constants.inverse_mass)
+        };
+        self.momentum.iter().take(self.segments).enumerate().map(missing).fold(0.0, f64::max)
     }
 
     /// How many there are.

@@ -374,8 +374,8 @@ impl Steps for Island<'_> {
             });
             correction = self.judge(correction);
             self.each(|set| {
-                if set.component.slides() && set.component.choose_slip() {
-                    set.attempt.error = f64::INFINITY;
+                if set.component.slides() {
+                    Exact::judge_sliding(&mut set.component, &mut set.attempt);
                 }
             });
         }

@@ -9,7 +9,7 @@
 
 use cosserat::assembly::Damping;
 use cosserat::simulation::{ContactForce, StepParams, Touched};
-use cosserat::state::{Segment, State, measure};
+use cosserat::state::{Body, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::law::{Law, Violation};
@@ -49,6 +49,17 @@ fn outside(step: &Step<'_>) -> Vec<Outside> {
         let [force, moment, arm] = step.pull(joint, force, end);
         all.push(Outside { force, place: state.positions[i] + arm, moment });
     }
+    for (joint, sliding) in model.sliding_joints.iter().zip(step.sliding) {
+        let is_free = step.is_free(joint.segments.start);
+        let holder = matches!(joint.holder, Body::Segment(i) if step.is_free(i));
+        let sign = match (is_free, holder) {
+            (true, false) => 1.0,
+            (false, true) => -1.0,
+            _ => continue,
+        };
+        let place = joint.point(model, state, sliding.place);
+        all.push(Outside { force: sliding.force * sign, place, moment: zero });
+    }
     for contact in step.contacts {
         let other = match contact.other {
             Touched::Segment(i) => step.is_free(i),
@@ -64,6 +75,13 @@ fn outside(step: &Step<'_>) -> Vec<Outside> {
     all
 }
 
+/// Whether a rod that runs through an eyelet has both segments that move and segments that are held: which of them bear its force is not told.
+fn has_mixed_eyelets(step: &Step<'_>) -> bool {
+    let is_mixed =
+        |first: usize, mut rest: std::ops::Range<usize>| rest.any(|i| step.is_free(i) != step.is_free(first));
+    step.model.sliding_joints.iter().any(|joint| is_mixed(joint.segments.start, joint.segments.clone()))
+}
+
 /// Whether anything but gravity and loads acts from outside.
 fn is_alone(step: &Step<'_>) -> bool {
     let model = step.model;
@@ -76,7 +94,7 @@ fn is_alone(step: &Step<'_>) -> bool {
 
 pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
     let alone = is_alone(step);
-    if step.model.air.is_some() || !(step.is_whole() || (alone && step.is_solved())) {
+    if step.model.air.is_some() || has_mixed_eyelets(step) || !(step.is_whole() || (alone && step.is_solved())) {
         return;
     }
     let [before, after] = step.states;
@@ -106,6 +124,7 @@ pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
     let impulse: Vector3<f64> = forces.iter().map(|one| one.force * step.dt).sum();
     sum += forces.iter().map(|one| one.force.norm() * step.dt).sum::<f64>();
     slack += contacts(step).iter().map(|[impulse, turn]| impulse * turn).sum::<f64>();
+    slack += off_at_eyelets(step) * step.dt;
     let mut found = (change[0] - impulse).norm();
     if is_bdf2 {
         // A step of Euler's rule, after a start or an impact, or one of the second order.
@@ -139,6 +158,14 @@ fn contacts(step: &Step<'_>) -> Vec<[f64; 2]> {
     step.contacts.iter().map(of).collect()
 }
 
+/// By how much forces may be off where rods run through eyelets [N]: ten times the tolerance, of the largest force of an eyelet.
+fn off_at_eyelets(step: &Step<'_>) -> f64 {
+    let tolerance = step.method.settings().step.allowed_motion(!step.model.contacts.is_empty()).max(step.tolerance());
+    let largest = step.sliding.iter().map(|sliding| sliding.force.norm()).fold(0.0, f64::max);
+    let segments = step.model.sliding_joints.iter().map(|joint| joint.segments.len()).sum::<usize>();
+    10.0 * tolerance * largest * segments as f64
+}
+
 /// Moments of inertia about the axes of a segment.
 fn moments(segment: &Segment) -> Vector3<f64> {
     match &segment.body {
@@ -168,7 +195,12 @@ pub(super) fn angular(step: &Step<'_>, violations: &mut Vec<Violation>) {
     let Some(earlier) = step.earlier else { return };
     let [before, after] = step.states;
     let model = step.model;
-    if !step.is_whole() || !step.is_euler() || model.damping.angular > 0.0 || model.air.is_some() {
+    if !step.is_whole()
+        || !step.is_euler()
+        || model.damping.angular > 0.0
+        || model.air.is_some()
+        || has_mixed_eyelets(step)
+    {
         return;
     }
     let free: Vec<usize> = (0..model.segments.len()).filter(|&i| step.is_free(i)).collect();

@@ -168,6 +168,14 @@ impl Exact<f64> {
         residuals
     }
 
+    /// Judges an attempt after an iteration: it is not at its end where an eyelet begins to stick or to slide, nor where forces are off by more than
+    /// the target. An eyelet near a grip is held twice along the rod: there a correction that is too small to see takes large forces along.
+    pub(crate) fn judge_sliding(component: &mut Component<f64>, attempt: &mut Attempt<f64>) {
+        if component.choose_slip() || component.unbalanced() > 10.0 * attempt.target {
+            attempt.error = f64::INFINITY;
+        }
+    }
+
     /// Takes eyelets into an attempt that has begun. From a prediction, where joints transmit nothing yet, it takes the forces of a first solve
     /// and leaves the poses: without the stiffness that tension gives, eyelets would turn light segments about.
     pub(crate) fn begin_sliding(
@@ -244,9 +252,7 @@ impl Exact<f64> {
             count(component, counters);
             let correction = component.correction.max(component.eyelet_correction());
             attempt.take(found, correction, 1.0);
-            if component.choose_slip() {
-                (attempt.error, attempt.correction) = (f64::INFINITY, f64::INFINITY);
-            }
+            Self::judge_sliding(component, &mut attempt);
         }
         component.is_apart = false;
         attempt
