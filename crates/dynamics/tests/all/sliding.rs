@@ -274,7 +274,6 @@ fn beside_contacts() {
     let mut simulation = run(&model, &state, &settings(Integrator::Bdf2), (0.005, 60), |_, state, sliding| {
         let lowest = state.positions.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
         assert!(lowest > 0.005 - 1e-5, "{lowest}");
-        assert!(sliding[0].place <= place, "it is pulled through");
         place = sliding[0].place;
     });
     assert!(place < 1.3, "{place}");

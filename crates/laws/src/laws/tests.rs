@@ -59,6 +59,7 @@ impl Seen {
             earlier: Some(earlier),
             forces: [&self.forces[0], &self.forces[1]],
             contacts: &self.contacts,
+            sliding: &[],
             time: self.time,
             dt: self.dt,
             status: self.status,
