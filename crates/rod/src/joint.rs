@@ -79,6 +79,9 @@ impl Model {
         if self.has_timed_grips() || !self.open.is_empty() || has(&|joint| joint.freedom != Freedom::None) {
             return Some("joints that turn freely, or grips that open");
         }
+        if !self.sliding_joints.is_empty() {
+            return Some("rods in eyelets");
+        }
         if has(&Joint::has_rest_frames) {
             return Some("bending measured from a rest rotation");
         }

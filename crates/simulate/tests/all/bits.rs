@@ -5,28 +5,31 @@
 
 use crate::common::json;
 
-/// Scenes, and the hash of the state after 30 steps.
-const HASHES: [(&str, &str); 10] = [
-    ("bending-rod", "5d47bf821ea75eee"),
-    ("helix", "60036805ff5d7791"),
-    ("slack-rod", "cb73be9f4cea061e"),
-    ("stiff-rod", "90462672c175dde1"),
-    ("tree-10", "b6d0c3281c78f8e1"),
-    ("net", "97e8995f35aef75e"),
-    ("heap-5", "58624b2b7306da02"),
-    ("helix-on-plane", "66013c0f19a248d3"),
-    ("drum", "c2a71f7641e36a7b"),
-    ("suture", "ff7e532f0fe1f26c"),
+/// Scenes, and the hashes of the state after 30 steps with AVX2 and with AVX-512: faer's factors, which nets and contacts take, differ in the
+/// last bits.
+const HASHES: [(&str, [&str; 2]); 10] = [
+    ("bending-rod", ["5d47bf821ea75eee", "5d47bf821ea75eee"]),
+    ("helix", ["60036805ff5d7791", "60036805ff5d7791"]),
+    ("slack-rod", ["cb73be9f4cea061e", "cb73be9f4cea061e"]),
+    ("stiff-rod", ["90462672c175dde1", "90462672c175dde1"]),
+    ("tree-10", ["b6d0c3281c78f8e1", "b6d0c3281c78f8e1"]),
+    ("net", ["97e8995f35aef75e", "d919eeacf9785d95"]),
+    ("heap-5", ["58624b2b7306da02", "032aa4041cff0d22"]),
+    ("helix-on-plane", ["66013c0f19a248d3", "7ef71040b7cce5d4"]),
+    ("drum", ["c2a71f7641e36a7b", "48fb61cb9070f12b"]),
+    ("suture", ["ff7e532f0fe1f26c", "ff7e532f0fe1f26c"]),
 ];
 
 #[test]
 #[cfg(target_arch = "x86_64")]
 fn ten_scenes_have_the_bits_that_they_had() {
-    let found = HASHES.map(|(scene, _)| {
+    let mut others = String::new();
+    for (scene, stored) in HASHES {
         let summary = json(&[scene, "--steps", "30"]);
-        let hash = summary["final_state_hash"].as_str().expect("a hash").to_owned();
-        format!("    (\"{scene}\", \"{}\"),\n", &hash[..16])
-    });
-    let stored = HASHES.map(|(scene, hash)| format!("    (\"{scene}\", \"{hash}\"),\n"));
-    assert!(found == stored, "other bits; where they are meant to change, the new ones are\n{}", found.concat());
+        let hash = &summary["final_state_hash"].as_str().expect("a hash")[..16];
+        if !stored.contains(&hash) {
+            others += &format!("    (\"{scene}\", \"{hash}\"),\n");
+        }
+    }
+    assert!(others.is_empty(), "other bits; where they are meant to change, the new ones are\n{others}");
 }

@@ -73,6 +73,10 @@ fn every_file_and_every_column_is_documented() {
         assert!(table.contains(&format!("`{column}`")), "{column}");
     }
     assert_named("`contacts.csv`", header("contacts.csv").split(','));
+    let ring = folder.path().join("ring");
+    let output = run(&["zip-line", "--steps", "1", "--quiet", "--out", ring.to_str().expect("UTF-8")]);
+    assert_eq!(texts(&output), (Some(0), "", ""));
+    assert_named("`eyelets.csv`", read(&ring, "eyelets.csv").lines().next().expect("a header").split(','));
     assert_named("`envelope.csv`", header("envelope.csv").split(','));
     let snapshot = fs::read(out.join("snapshot.safetensors")).expect("a snapshot");
     let (_, metadata) = SafeTensors::read_metadata(&snapshot).expect("a safetensors file");
@@ -108,7 +112,11 @@ fn every_file_and_every_column_is_documented() {
     }
     // Of runs that go on, that take hold of something, and that leave something out.
     let told = ["begin_s", "held", "defaults"];
-    let others = equilibria.iter().chain([&probed]).flat_map(keys).chain(told);
+    let sliding = json(&["zip-line", "--steps", "1"]);
+    for key in keys(&sliding["eyelets"]["carabiner"]) {
+        assert!(section("`eyelets.csv`").contains(&format!("`{key}`")), "{key}");
+    }
+    let others = equilibria.iter().chain([&probed, &sliding]).flat_map(keys).chain(told);
     assert_named("`summary.json`", keys(&summary).into_iter().chain(others));
     for key in keys(&summary["names"]) {
         assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");
