@@ -101,7 +101,9 @@ pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
     let model = step.model;
     let decay = (-model.damping.linear * step.dt).exp();
     let is_bdf2 = !step.is_euler() && !alone;
-    if is_bdf2 && (step.earlier.is_none() || model.damping.linear > 0.0 || !model.contacts.is_empty()) {
+    // Impacts restart it.
+    let may_restart = !model.contacts.is_empty() || !model.sliding_joints.is_empty();
+    if is_bdf2 && (step.earlier.is_none() || model.damping.linear > 0.0 || may_restart) {
         return;
     }
     let mut change = [Vector3::zeros(); 2];
