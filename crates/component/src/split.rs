@@ -95,7 +95,8 @@ pub fn split(model: &Model) -> Vec<(Members, Topology)> {
         }
     }
     for joint in &model.sliding_joints {
-        if let Body::Segment(b) = joint.holder {
+        let holder = if let Body::Segment(holder) = joint.holder { Some(holder) } else { None };
+        for b in joint.segments.clone().chain(holder) {
             let (a, b) = (find(&mut leader, joint.segments.start), find(&mut leader, b));
             leader[a.max(b)] = a.min(b);
         }

@@ -270,6 +270,9 @@ impl Simulation {
         model.validate(state)?;
         params.validate()?;
         without_loose(model, "a prediction in place of solves")?;
+        if !model.sliding_joints.is_empty() {
+            return Err(SimulationError::Sliding("solves, not predictions in their place"));
+        }
         if params.integrator != Integrator::Euler {
             return Err(SimulationError::Projection(params.integrator));
         }

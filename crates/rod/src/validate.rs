@@ -121,6 +121,10 @@ impl Model {
             if end <= start {
                 return value("number of segments", 0.0, "at least 1");
             }
+            let rod = self.segments[start].rod;
+            if self.segments[joint.segments.clone()].iter().any(|segment| segment.rod != rod) {
+                return value("last segment", last as f64, "of the same rod as the first");
+            }
             if matches!(joint.holder, Body::Segment(holder) if joint.segments.contains(&holder)) {
                 return value("its holder, segment", last as f64, "no segment of the rod that runs through it");
             }

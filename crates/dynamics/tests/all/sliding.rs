@@ -301,4 +301,28 @@ fn what_has_no_eyelets_is_refused_by_name() {
     let own = StepParams { contact_projection: ContactProjection::Alternating, ..StepParams::DEFAULT };
     assert_eq!(error(own), "sliding joints need contacts that are coupled");
     assert!(with(StepParams::DEFAULT).is_ok());
+    // Segments of two rods, and an eyelet that is part of its own rod.
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let line = |y: f64| RodSpec::new(shape::straight(Vector3::y() * y, Vector3::x(), 1.0, 4), 0.01, soft());
+    assembly.rod(&line(0.0));
+    assembly.rod(&line(1.0));
+    let (model, state) = assembly.finish();
+    let mistake = |segments, holder| {
+        let joint = SlidingJoint { segments, holder, place: Vector3::zeros(), start: 0.5, friction: 0.0 };
+        let model = Model { sliding_joints: vec![joint], ..model.clone() };
+        model.validate(&state).err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    let part = "sliding joint 0: ";
+    for (found, expected) in [
+        (mistake(2..6, Body::Segment(7)), "last segment = 5, but it must be of the same rod as the first"),
+        (
+            mistake(0..4, Body::Segment(2)),
+            "its holder, segment = 3, but it must be no segment of the rod that runs through it",
+        ),
+        (mistake(4..9, Body::Segment(2)), "segment 8 does not exist (there are 8)"),
+        (mistake(0..4, Body::Segment(5)), ""),
+    ] {
+        let expected = if expected.is_empty() { String::new() } else { format!("{part}{expected}") };
+        assert_eq!(found, expected);
+    }
 }
