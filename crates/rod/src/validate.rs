@@ -125,8 +125,10 @@ impl Model {
             if self.segments[joint.segments.clone()].iter().any(|segment| segment.rod != rod) {
                 return value("last segment", last as f64, "of the same rod as the first");
             }
-            if matches!(joint.holder, Body::Segment(holder) if joint.segments.contains(&holder)) {
-                return value("its holder, segment", last as f64, "no segment of the rod that runs through it");
+            if let Body::Segment(holder) = joint.holder
+                && joint.segments.contains(&holder)
+            {
+                return value("its holder, segment", holder as f64, "no segment of the rod that runs through it");
             }
             if let Some(&x) = joint.place.iter().find(|x| !x.is_finite()) {
                 return value("place", x, "finite");
@@ -134,8 +136,7 @@ impl Model {
             if !(joint.friction.is_finite() && joint.friction >= 0.0) {
                 return value("friction", joint.friction, "finite and >= 0");
             }
-            let length: f64 = self.segments[joint.segments.clone()].iter().map(|segment| segment.length).sum();
-            if !(joint.start >= 0.0 && joint.start <= length) {
+            if !(joint.start >= 0.0 && joint.start <= joint.centreline(self).length()) {
                 return value("start", joint.start, "between 0 and the rod's length");
             }
         }

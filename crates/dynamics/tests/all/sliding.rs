@@ -317,7 +317,7 @@ fn what_has_no_eyelets_is_refused_by_name() {
         (mistake(2..6, Body::Segment(7)), "last segment = 5, but it must be of the same rod as the first"),
         (
             mistake(0..4, Body::Segment(2)),
-            "its holder, segment = 3, but it must be no segment of the rod that runs through it",
+            "its holder, segment = 2, but it must be no segment of the rod that runs through it",
         ),
         (mistake(4..9, Body::Segment(2)), "segment 8 does not exist (there are 8)"),
         (mistake(0..4, Body::Segment(5)), ""),
