@@ -31,11 +31,13 @@ impl Model {
         };
         let ends = |k: usize| [self.joints[k].a, self.joints[k].b];
         let joints: Vec<usize> = (0..self.joints.len()).filter(|&k| stays(ends(k))).collect();
-        let runs = |joint: &&SlidingJoint| {
-            joint.segments.clone().all(|i| of_segment.contains_key(&i))
-                && (has_body(joint.holder) || is_anchor(joint.holder))
+        let segments_of = |joint: &SlidingJoint| {
+            let first = *of_segment.get(&joint.segments.start)?;
+            let stays = joint.segments.clone().enumerate().all(|(k, i)| of_segment.get(&i) == Some(&(first + k)));
+            stays.then_some(first..first + joint.segments.len())
         };
-        let eyelets = self.sliding_joints.iter().filter(runs).map(|joint| joint.holder);
+        let eyelets =
+            self.sliding_joints.iter().filter(|&joint| segments_of(joint).is_some()).map(|joint| joint.holder);
         let anchors: BTreeSet<usize> = joints.iter().flat_map(|&k| ends(k)).chain(eyelets).filter_map(anchor).collect();
         let anchors: Vec<usize> = anchors.into_iter().collect();
         let loads: Vec<usize> =
@@ -51,10 +53,7 @@ impl Model {
             Some(joint)
         };
         let slides = |joint: &SlidingJoint| {
-            let first = *of_segment.get(&joint.segments.start)?;
-            let stays = joint.segments.clone().enumerate().all(|(k, i)| of_segment.get(&i) == Some(&(first + k)));
-            let segments = first..first + joint.segments.len();
-            stays.then_some(SlidingJoint { segments, holder: body(joint.holder)?, ..joint.clone() })
+            Some(SlidingJoint { segments: segments_of(joint)?, holder: body(joint.holder)?, ..joint.clone() })
         };
         let change = |change: &Change| {
             let of = match change.of {

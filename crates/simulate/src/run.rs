@@ -139,9 +139,9 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     }
     let mut state = scene.state.clone();
     let mut measured = Measured::new(&model, &state, scene.run.steps);
-    let probes = if args.writes() || scene_args.json { scene.probes.as_slice() } else { &[] };
-    let eyelets = if args.writes() || scene_args.json { scene.eyelets.as_slice() } else { &[] };
-    let mut watch = Watch::new(&model, &state, time, (probes, eyelets), args.envelope);
+    let is_told = args.writes() || scene_args.json;
+    let told = if is_told { (scene.probes.as_slice(), scene.eyelets.as_slice()) } else { (&[][..], &[][..]) };
+    let mut watch = Watch::new(&model, &state, time, told, args.envelope);
     let stops_apart = !args.keep_going && args.end_to_end.is_none();
     let beside = (&mut keep, &mut watch);
     let mut reached =

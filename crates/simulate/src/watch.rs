@@ -112,8 +112,11 @@ impl<'a> Watch<'a> {
     }
 
     fn read_eyelets(&mut self, simulation: &Simulation) {
-        simulation.store_sliding(&mut self.sliding);
         let (names, found) = &mut self.eyelets;
+        if names.is_empty() {
+            return;
+        }
+        simulation.store_sliding(&mut self.sliding);
         for (name, Sliding { place, rate, force }) in names.iter().zip(&self.sliding) {
             let own = found.entry(name.clone()).or_default();
             for (column, value) in [("place_m", *place), ("rate_m_s", *rate), ("force_n", force.norm())] {

@@ -77,9 +77,10 @@ fn outside(step: &Step<'_>) -> Vec<Outside> {
 
 /// Whether a rod that runs through an eyelet has both segments that move and segments that are held: which of them bear its force is not told.
 fn has_mixed_eyelets(step: &Step<'_>) -> bool {
-    let is_mixed =
-        |first: usize, mut rest: std::ops::Range<usize>| rest.any(|i| step.is_free(i) != step.is_free(first));
-    step.model.sliding_joints.iter().any(|joint| is_mixed(joint.segments.start, joint.segments.clone()))
+    step.model.sliding_joints.iter().any(|joint| {
+        let is_free = step.is_free(joint.segments.start);
+        joint.segments.clone().any(|i| step.is_free(i) != is_free)
+    })
 }
 
 /// Whether anything but gravity and loads acts from outside.
