@@ -184,11 +184,7 @@ impl<T: Real> Component<T> {
         for (impulse, &pushed) in self.scratch.iter_mut().zip(&self.pushed) {
             *impulse = impulse.plus(pushed, T::splat(1.0));
         }
-        if self.slides() {
-            let mut impulses = std::mem::take(&mut self.scratch);
-            self.add_eyelets(&mut impulses);
-            self.scratch = impulses;
-        }
+        self.eyelets.push(&mut self.scratch);
         let Self { system, scratch, lambda, .. } = self;
         for (j, &lambda) in lambda.iter().enumerate() {
             let q_a = system.frame(j);

@@ -129,29 +129,13 @@ fn without_loose(model: &Model, what: &str) -> Result<(), SimulationError> {
     if has_loose(model) { Err(SimulationError::Loose(what.to_owned())) } else { Ok(()) }
 }
 
-/// Refuses settings and models that the exact tangent is not for.
-fn exact_tangent_of(model: &Model, settings: &Settings) -> Result<(), SimulationError> {
+/// What the exact tangent needs and these settings and this model lack.
+fn lacks_for_exact(model: &Model, settings: &Settings) -> Option<&'static str> {
     if !settings.step.formulation.momentum() {
-        return Err(SimulationError::Tangent("formulation newton"));
+        return Some("formulation newton");
     }
-    if settings.step.contact_projection != ContactProjection::Coupled && !model.contacts.is_empty() {
-        return Err(SimulationError::Tangent("contacts that are coupled"));
-    }
-    Ok(())
-}
-
-/// Refuses settings and models in which rods cannot run through eyelets.
-fn sliding_of(model: &Model, settings: &Settings) -> Result<(), SimulationError> {
-    if model.sliding_joints.is_empty() {
-        return Ok(());
-    }
-    if !settings.step.formulation.momentum() {
-        return Err(SimulationError::Sliding("formulation newton"));
-    }
-    if settings.step.contact_projection != ContactProjection::Coupled && !model.contacts.is_empty() {
-        return Err(SimulationError::Sliding("contacts that are coupled"));
-    }
-    Ok(())
+    let is_coupled = settings.step.contact_projection == ContactProjection::Coupled || model.contacts.is_empty();
+    (!is_coupled).then_some("contacts that are coupled")
 }
 
 /// A model in motion.
@@ -202,11 +186,12 @@ impl Simulation {
             without_loose(model, &format!("solver {}", settings.solver))?;
         }
         let touches = !model.contacts.is_empty();
-        sliding_of(model, settings)?;
         let is_coupled = settings.step.contact_projection == ContactProjection::Coupled;
         let exact = settings.step.tangent == Tangent::Exact;
-        if exact {
-            exact_tangent_of(model, settings)?;
+        match lacks_for_exact(model, settings) {
+            Some(lacking) if !model.sliding_joints.is_empty() => return Err(SimulationError::Sliding(lacking)),
+            Some(lacking) if exact => return Err(SimulationError::Tangent(lacking)),
+            _ => {}
         }
         let may_be_exact = settings.step.may_be_exact()
             && (!touches || is_coupled)

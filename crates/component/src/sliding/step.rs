@@ -6,10 +6,27 @@ use kernels::lane::Real;
 use kernels::math::Vec3;
 use rod::{Model, Share, Sliding, SlidingJoint};
 
-use super::{BodyColumns, Border, Eyelet, Slip, UNKNOWNS};
+use super::{BodyColumns, Border, Eyelet, Eyelets, Slip, UNKNOWNS};
 use crate::parts::{pick_pose, vec3};
 use crate::snapshot::StateVisitor;
 use crate::{BodyPose, Component, Members};
+
+/// A body on which the force of an eyelet acts: so many times, with such an arm [m].
+struct Lever {
+    body: usize,
+    weight: f64,
+    arm: Vec3<f64>,
+}
+
+impl Eyelets {
+    /// Adds what eyelets do to bodies to their impulses.
+    #[inline(always)]
+    pub(crate) fn push<T: Real>(&self, impulses: &mut [Spatial<T>]) {
+        for (impulse, &own) in impulses.iter_mut().zip(&self.impulses) {
+            *impulse = impulse.plus(Spatial::splat(own), T::splat(1.0));
+        }
+    }
+}
 
 impl<T: Real> Component<T> {
     /// Whether any rod slides.
@@ -20,14 +37,6 @@ impl<T: Real> Component<T> {
     /// Whether an eyelet that slid has come to a stop in the step under way, by friction or at an end of its rod: an impact.
     pub fn eyelet_hits(&self) -> bool {
         self.eyelets.all.iter().any(|eyelet| eyelet.slip == Slip::Sticks && eyelet.slip_at_start != Slip::Sticks)
-    }
-
-    /// Adds what eyelets do to bodies to their impulses.
-    #[inline(always)]
-    pub(crate) fn add_eyelets(&self, impulses: &mut [Spatial<T>]) {
-        for (impulse, &own) in impulses.iter_mut().zip(&self.eyelets.impulses) {
-            *impulse = impulse.plus(Spatial::splat(own), T::splat(1.0));
-        }
     }
 
     /// Takes eyelets back to the start of the step.
@@ -99,6 +108,20 @@ impl<T: Real> Component<T> {
         a + b
     }
 
+    /// How the force of an eyelet acts on the bodies of its rod and on its holder, and how that changes with its place (`order` 1).
+    fn levers(&self, k: usize, order: usize) -> [Lever; 3] {
+        let eyelet = &self.eyelets.all[k];
+        let [a, b] = eyelet.line.at(eyelet.place).map(|Share { segment, position, axis }| {
+            let body = eyelet.first + segment;
+            Lever { body, weight: position[order], arm: self.pose_of(body).q.axis() * axis[order] }
+        });
+        let (weight, arm) = match order {
+            0 => (-1.0, -self.pose_of(eyelet.holder).q.rotate(eyelet.at)),
+            _ => (0.0, Vec3::zero()),
+        };
+        [a, b, Lever { body: eyelet.holder, weight, arm }]
+    }
+
     /// Begins an attempt at a step whose prediction is made: forces are those of the step before. `is_guessed`: so are multipliers, and eyelets go
     /// on along their rods.
     ///
@@ -136,16 +159,11 @@ impl<T: Real> Component<T> {
     pub fn gather_eyelets(&mut self) {
         self.eyelets.impulses.fill(Spatial::zero());
         for k in 0..self.eyelets.all.len() {
-            let eyelet = &self.eyelets.all[k];
-            for Share { segment, position, axis } in eyelet.line.at(eyelet.place) {
-                let body = eyelet.first + segment;
-                let arm = self.pose_of(body).q.axis() * axis[0];
-                let own = Spatial { linear: eyelet.force * position[0], angular: arm.cross(eyelet.force) };
+            let force = self.eyelets.all[k].force;
+            for Lever { body, weight, arm } in self.levers(k, 0) {
+                let own = Spatial { linear: force * weight, angular: arm.cross(force) };
                 self.eyelets.impulses[body] = self.eyelets.impulses[body].plus(own, 1.0);
             }
-            let arm = self.pose_of(eyelet.holder).q.rotate(eyelet.at);
-            let own = Spatial { linear: eyelet.force, angular: arm.cross(eyelet.force) };
-            self.eyelets.impulses[eyelet.holder] = self.eyelets.impulses[eyelet.holder].plus(own, -1.0);
         }
     }
 
@@ -219,14 +237,10 @@ impl Component<f64> {
 
     /// Adds to the equations how forces of eyelets change as bodies turn.
     pub fn add_eyelets_curvature(&self, Equations { bodies, .. }: &mut Equations<f64>) {
-        for eyelet in &self.eyelets.all {
-            for Share { segment, axis, .. } in eyelet.line.at(eyelet.place) {
-                let body = eyelet.first + segment;
-                let arm = self.poses[body].q.axis() * axis[0];
-                bodies[body].turning += curvature::of_force(eyelet.force, arm);
+        for k in 0..self.eyelets.all.len() {
+            for Lever { body, arm, .. } in self.levers(k, 0) {
+                bodies[body].turning += curvature::of_force(self.eyelets.all[k].force, arm);
             }
-            let arm = self.poses[eyelet.holder].q.rotate(eyelet.at);
-            bodies[eyelet.holder].turning += curvature::of_force(-eyelet.force, arm);
         }
     }
 
@@ -245,26 +259,19 @@ impl Component<f64> {
         let by_force = tangent - unit * (friction * speed);
         let by_tangent = force - tangent * (friction * size / speed);
         out.bodies.clear();
-        for Share { segment, position, axis } in eyelet.line.at(place) {
-            let body = eyelet.first + segment;
-            let direction = self.poses[body].q.axis();
-            let column = |c: usize| {
+        for (lever, changes) in self.levers(k, 0).into_iter().zip(self.levers(k, 1)) {
+            let act = |Lever { weight, arm, .. }: &Lever, f: Vec3<f64>| Spatial {
+                linear: f * *weight,
+                angular: arm.cross(f),
+            };
+            let [x, y, z] = [0, 1, 2].map(|c| {
                 let mut along = Vec3::zero();
                 along.0[c] = 1.0;
-                Spatial { linear: along * position[0], angular: (direction * axis[0]).cross(along) }
-            };
-            let of = |f: Vec3<f64>| Spatial { linear: f * position[1], angular: (direction * axis[1]).cross(f) };
-            let columns = [column(0), column(1), column(2), of(force)];
-            out.bodies.push(BodyColumns { body, columns, row: if sticks { Spatial::zero() } else { of(by_tangent) } });
+                act(&lever, along)
+            });
+            let row = if sticks { Spatial::zero() } else { act(&changes, by_tangent) };
+            out.bodies.push(BodyColumns { body: lever.body, columns: [x, y, z, act(&changes, force)], row });
         }
-        let arm = self.poses[eyelet.holder].q.rotate(eyelet.at);
-        let column = |c: usize| {
-            let mut along = Vec3::zero();
-            along.0[c] = -1.0;
-            Spatial { linear: along, angular: arm.cross(along) }
-        };
-        let columns = [column(0), column(1), column(2), Spatial::zero()];
-        out.bodies.push(BodyColumns { body: eyelet.holder, columns, row: Spatial::zero() });
         out.bodies.retain(|columns| self.bodies[columns.body].free != 0.0);
         out.own = [[0.0; UNKNOWNS]; UNKNOWNS];
         for c in 0..3 {

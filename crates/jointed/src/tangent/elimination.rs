@@ -140,15 +140,10 @@ impl Elimination {
         let Memory::Tree(sweep, halves) = &self.memory else { return };
         let problem = Problem { topology: &self.topology, far: None, equations };
         sweep.each_root(&problem, &mut |body, answer| see(body, None, &answer));
-        f64::dispatch(
-            #[inline(always)]
-            || {
-                halves.each_follower(sweep, &problem, &mut |node, [follows, answer]| {
-                    let follows = (!problem.is_held(node.inner)).then_some(&follows);
-                    see(node.outer, follows, &answer);
-                });
-            },
-        );
+        halves.each_follower(sweep, &problem, &mut |node, [follows, answer]| {
+            let follows = (!problem.is_held(node.inner)).then_some(&follows);
+            see(node.outer, follows, &answer);
+        });
     }
 
     /// Solves the equations; returns whether it could: see [`Self::solve_lanes`].

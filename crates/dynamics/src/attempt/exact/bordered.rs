@@ -4,21 +4,24 @@ use component::{BodyColumns, Border, UNKNOWNS};
 use jointed::tangent::Equations;
 use kernels::Spatial;
 
+/// Right-hand sides of bodies and joints.
+pub(super) type Sides = (Vec<Spatial<f64>>, Vec<Spatial<f64>>);
+
 /// Memory for the border.
 #[derive(Default)]
 pub(super) struct Bordered {
     pub(super) borders: Vec<Border>,
     /// Answers of bodies to each unknown.
     pub(super) columns: Vec<Vec<Spatial<f64>>>,
-    /// Those of bodies and joints to what the rods miss.
-    pub(super) own: (Vec<Spatial<f64>>, Vec<Spatial<f64>>),
+    /// Those to what the rods miss.
+    pub(super) own: Vec<Spatial<f64>>,
     /// Right-hand sides of bodies and joints.
-    pub(super) sides: (Vec<Spatial<f64>>, Vec<Spatial<f64>>),
+    pub(super) sides: Sides,
     /// The border's matrix, row by row, and its right-hand side, which the solution replaces.
     pub(super) matrix: Vec<f64>,
     pub(super) solution: Vec<f64>,
-    /// The matrix without friction.
-    pub(super) symmetric: Vec<f64>,
+    /// What unit forces of contacts do to the unknowns: a row an unknown.
+    pub(super) answers: Vec<f64>,
     /// Memory of a solve.
     pub(super) scratch: Vec<f64>,
 }
@@ -29,8 +32,6 @@ impl Bordered {
         !self.borders.is_empty()
     }
 }
-
-type Sides = (Vec<Spatial<f64>>, Vec<Spatial<f64>>);
 
 /// Puts the right-hand sides of equations down.
 pub(super) fn take_bodies(equations: &Equations<f64>, sides: &mut Vec<Spatial<f64>>) {
@@ -62,28 +63,30 @@ pub(super) fn along(border: &Border, row: usize, corrections: &[Spatial<f64>]) -
     border.bodies.iter().map(of).sum()
 }
 
-/// Solves with a small matrix, given row by row, in the place of the right-hand side: Gauss's elimination with partial pivoting. Returns
-/// whether the solution is finite.
-pub(super) fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) -> bool {
-    let size = rhs.len();
+/// Solves with a small matrix, given row by row, in the place of the right-hand sides, `count` numbers a row: Gauss's elimination with
+/// partial pivoting. Returns whether the solution is finite.
+pub(super) fn solve_dense(matrix: &mut [f64], rhs: &mut [f64], count: usize) -> bool {
+    let size = rhs.len() / count.max(1);
     for k in 0..size {
         let pivot = (k..size).max_by(|&a, &b| matrix[a * size + k].abs().total_cmp(&matrix[b * size + k].abs()));
         let pivot = pivot.unwrap_or(k);
         if pivot != k {
             (0..size).for_each(|column| matrix.swap(k * size + column, pivot * size + column));
-            rhs.swap(k, pivot);
+            (0..count).for_each(|column| rhs.swap(k * count + column, pivot * count + column));
         }
         for row in k + 1..size {
             let share = matrix[row * size + k] / matrix[k * size + k];
             if share != 0.0 {
                 (k + 1..size).for_each(|column| matrix[row * size + column] -= share * matrix[k * size + column]);
-                rhs[row] -= share * rhs[k];
+                (0..count).for_each(|column| rhs[row * count + column] -= share * rhs[k * count + column]);
             }
         }
     }
-    for k in (0..size).rev() {
-        let later: f64 = (k + 1..size).map(|column| matrix[k * size + column] * rhs[column]).sum();
-        rhs[k] = (rhs[k] - later) / matrix[k * size + k];
+    for column in 0..count {
+        for k in (0..size).rev() {
+            let later: f64 = (k + 1..size).map(|row| matrix[k * size + row] * rhs[row * count + column]).sum();
+            rhs[k * count + column] = (rhs[k * count + column] - later) / matrix[k * size + k];
+        }
     }
     rhs.iter().all(|x| x.is_finite())
 }

@@ -12,12 +12,13 @@
 //! [`super`].
 
 use component::{BodyColumns, Border, Component, Residuals, UNKNOWNS};
+use jointed::linear::LinearInfo;
 use jointed::linear::articulated::Side;
 use kernels::Spatial;
 
 use super::bordered::{Bordered, along, give_sides, solve_dense, take_bodies, take_sides};
 use super::{Exact, SHARES};
-use crate::attempt::{Attempt, begin, evaluate, may_go_on};
+use crate::attempt::{Attempt, begin, count_iteration, evaluate, may_go_on};
 use crate::counters::{Counters, Stopwatch};
 use crate::formulation::Formulation;
 use crate::start::StepGuess;
@@ -38,15 +39,14 @@ impl Exact<f64> {
         solved
     }
 
-    /// Makes the border of the eyelets after a solve of the rods' own equations, whose solution stays; returns whether it could.
+    /// Makes the border of the eyelets after a solve of the rods' own equations, whose corrections stay; returns whether it could.
     fn factor_border(&mut self, component: &Component<f64>) -> bool {
         let Self { equations, elimination, bordered, .. } = self;
         let Bordered { borders, columns, own, sides, matrix, .. } = bordered;
         let count = component.eyelet_count();
         borders.resize_with(count, Border::default);
         borders.iter_mut().enumerate().for_each(|(k, border)| component.border(k, border));
-        own.0.clone_from(&elimination.corrections);
-        own.1.clone_from(&elimination.multipliers);
+        own.clone_from(&elimination.corrections);
         take_sides(equations, sides);
         columns.resize_with(count * UNKNOWNS, Default::default);
         let mut solved = true;
@@ -72,8 +72,7 @@ impl Exact<f64> {
                 own + along(border, row, &columns[column])
             }));
         }
-        elimination.corrections.clone_from(&own.0);
-        elimination.multipliers.clone_from(&own.1);
+        elimination.corrections.clone_from(own);
         solved
     }
 
@@ -87,7 +86,7 @@ impl Exact<f64> {
             border.missed[row % UNKNOWNS] - along(border, row, &elimination.corrections)
         }));
         scratch.clone_from(matrix);
-        if !solve_dense(scratch, solution) {
+        if !solve_dense(scratch, solution, 1) {
             return false;
         }
         take_bodies(equations, &mut sides.0);
@@ -115,8 +114,8 @@ impl Exact<f64> {
         sides: &[Side],
         mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
     ) {
-        let Bordered { borders, columns, symmetric, solution, scratch, .. } = &mut self.bordered;
-        let size = borders.len() * UNKNOWNS;
+        let Bordered { borders, columns, answers, solution, scratch, .. } = &mut self.bordered;
+        let (size, forces) = (borders.len() * UNKNOWNS, 3 * sides.len());
         // Of one that sticks the place is no unknown.
         let is_free = |k: usize| k % UNKNOWNS < 3 || borders[k / UNKNOWNS].slides();
         let entry = |row: usize, column: usize| {
@@ -129,25 +128,23 @@ impl Exact<f64> {
             let of = |own: &BodyColumns| own.columns[r].dot(columns[column][own.body]);
             own + border.bodies.iter().map(of).sum::<f64>()
         };
-        let answer = |side: &Side, c: usize, k: usize| {
-            if is_free(k) { side.forces[c].dot(columns[k][side.body as usize]) } else { 0.0 }
+        let answer = |force: usize, k: usize| {
+            let side = &sides[force / 3];
+            if is_free(k) { side.forces[force % 3].dot(columns[k][side.body as usize]) } else { 0.0 }
         };
-        symmetric.clear();
-        symmetric.extend((0..size * size).map(|k| entry(k / size, k % size)));
+        scratch.clear();
+        scratch.extend((0..size * size).map(|k| entry(k / size, k % size)));
+        answers.clear();
+        answers.extend((0..size * forces).map(|k| answer(k % forces, k / forces)));
+        solution.clone_from(answers);
+        if !solve_dense(scratch, solution, forces) {
+            return;
+        }
+        let less =
+            |r: usize, c: usize| (0..size).map(|k| answers[k * forces + r] * solution[k * forces + c]).sum::<f64>();
         for t in 0..sides.len() {
-            for c in 0..3 {
-                scratch.clone_from(symmetric);
-                solution.clear();
-                solution.extend((0..size).map(|k| answer(&sides[t], c, k)));
-                if !solve_dense(scratch, solution) {
-                    return;
-                }
-                for (s, side) in sides.iter().enumerate().take(t + 1) {
-                    let less = [0, 1, 2].map(|r| (0..size).map(|k| answer(side, r, k) * solution[k]).sum::<f64>());
-                    let mut own = [[0.0; 3]; 3];
-                    (0..3).for_each(|r| own[r][c] = -less[r]);
-                    block(s, t, own);
-                }
+            for s in 0..=t {
+                block(s, t, [0, 1, 2].map(|r| [0, 1, 2].map(|c| -less(3 * s + r, 3 * t + c))));
             }
         }
     }
@@ -168,8 +165,9 @@ impl Exact<f64> {
         residuals
     }
 
-    /// Judges an attempt after an iteration: it is not at its end where an eyelet begins to stick or to slide, nor where joints or forces are off by more than
-    /// ten times the target. An eyelet near a grip is held twice along the rod: there a correction that is too small to see takes large forces along.
+    /// Judges an attempt after an iteration: it is not at its end where an eyelet begins to stick or to slide, nor where joints or
+    /// forces are off by more than ten times the target. An eyelet near a grip is held twice along the rod: there a correction that
+    /// is too small to see takes large forces along.
     pub(crate) fn judge_sliding(component: &mut Component<f64>, attempt: &mut Attempt<f64>) {
         let most = 10.0 * attempt.target;
         let Residuals { stretch, bend, .. } = attempt.residuals;
@@ -195,17 +193,9 @@ impl Exact<f64> {
         self.lambda.clone_from(&component.lambda);
         component.go_on_from((&self.poses, &self.lambda), &self.dp, 1.0, 1.0);
         component.take_eyelets_forces();
-        count(component, counters);
+        count_iteration(component, &LinearInfo::default(), 1, false, counters);
         attempt.residuals = Self::evaluate_sliding(component, counters);
     }
-}
-
-/// Counts a solve.
-fn count(component: &mut Component<f64>, counters: &mut Counters) {
-    component.solves += 1;
-    counters.iterations += 1;
-    counters.segment_iterations += component.segments() as u64;
-    counters.branch_eliminations += component.system.topology.branches as u64;
 }
 
 impl Exact<f64> {
@@ -251,7 +241,7 @@ impl Exact<f64> {
                     break;
                 }
             }
-            count(component, counters);
+            count_iteration(component, &LinearInfo::default(), 1, false, counters);
             let correction = component.correction.max(component.eyelet_correction());
             attempt.take(found, correction, 1.0);
             Self::judge_sliding(component, &mut attempt);
