@@ -11,6 +11,8 @@ pub enum Change<'a> {
     Hold,
     /// It is let go: a segment goes on with the velocity that it has, an anchor is open.
     LetGo,
+    /// It is in a store: held in line with the next segment of its rod that is outside, and touched by nothing.
+    Store,
     /// It is held and driven from the next step on.
     Drive(&'a Driven),
 }

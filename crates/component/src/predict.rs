@@ -97,6 +97,7 @@ impl<T: Real> Component<T> {
             unsolved = solved.select(within_half_a_turn.select(unsolved, not_solved), not_solved);
             self.predicted[i] = BodyPose { x: pose.x + v * h, q: (pose.q * turn).normalized() };
         }
+        self.carry_stored(pushed);
         self.unsolved = unsolved;
         if !self.rigid.is_empty() {
             self.turn_rigid(last_half, decay[1]);
@@ -112,6 +113,7 @@ impl<T: Real> Component<T> {
         self.lambda.fill(Spatial::zero());
         self.set_compliances();
         self.begin_beyond();
+        self.stiffen_stored();
     }
 
     fn set_compliances(&mut self) {

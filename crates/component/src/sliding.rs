@@ -9,11 +9,14 @@
 //! s = s_0                           or it sticks, where |c'(s_0).F| <= k |c'| |F|
 //! ```
 //!
+//! A feed drives the rod through its eyelet: it sticks at `s_0 - v dt` as long as the drive's largest force allows (`feed.rs`).
+//!
 //! beside the balance of momentum, to which F adds. Newton's method takes all of it together: what the rod answers comes from the factor of
 //! its own equations, and a small border has the forces and places (`dynamics/src/attempt/exact/sliding.rs`). It is the work-conjugate
 //! pair of constraint and force of a Lagrange multiplier with a moving material point, as in Eulerian-on-Lagrangian cables (Sueda et al. 2011),
 //! on a centreline with a continuous tangent.
 
+mod feed;
 mod step;
 
 use kernels::Spatial;
@@ -44,6 +47,10 @@ struct Eyelet {
     /// In the holder's frame [m].
     at: Vec3<f64>,
     friction: f64,
+    /// What drives the rod through it.
+    drive: Option<feed::Drive>,
+    /// Places between which it stays [m].
+    range: [f64; 2],
     /// sin(atan(mu)) of this step: see [`crate::Component::begin_sliding`].
     share: f64,
     /// Distance along the rod [m], now and at the start of the step.
@@ -59,6 +66,8 @@ struct Eyelet {
     last_force: Vec3<f64>,
     /// The place to which it sticks.
     target: f64,
+    /// Where it goes in the step under way if it does not slip: where it was, or where it is driven.
+    carried: f64,
     /// The last step's change of force and place.
     change: (Vec3<f64>, f64),
 }

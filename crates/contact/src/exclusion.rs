@@ -1,7 +1,7 @@
 //! Which pairs of bodies can touch at all: segments that belong together never do.
 
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::f64::consts::FRAC_PI_2;
 
 use rod::{Body, Model, Segment};
@@ -11,6 +11,8 @@ use rod::{Body, Model, Segment};
 pub struct PairFilter {
     /// Whether each segment moves freely.
     free: Vec<bool>,
+    /// Segments in stores, which touch nothing.
+    stored: HashSet<u32>,
     /// Pairs of segments that never touch; `None` where no segments touch each other.
     excluded: Option<Exclusion>,
     /// Of each segment that is a rigid body, whether it touches rods and obstacles; empty where there is none.
@@ -27,7 +29,8 @@ impl PairFilter {
         } else {
             Vec::new()
         };
-        Self { free, excluded: model.contacts.between_segments.map(|_| Exclusion::new(model)), bodies }
+        let excluded = model.contacts.between_segments.map(|_| Exclusion::new(model));
+        Self { free, stored: HashSet::new(), excluded, bodies }
     }
 
     /// Whether two that are rigid bodies, or one of them, can touch: bodies do not touch each other, and some touch nothing.
@@ -42,6 +45,14 @@ impl PairFilter {
     /// Notes whether a segment moves freely from now on.
     pub(crate) fn set_free(&mut self, segment: usize, free: bool) {
         self.free[segment] = free;
+    }
+
+    /// Notes whether a segment is in a store from now on.
+    pub fn set_stored(&mut self, segment: usize, stored: bool) {
+        match stored {
+            true => self.stored.insert(segment as u32),
+            false => self.stored.remove(&(segment as u32)),
+        };
     }
 
     /// Whether bodies `a` < `b` can touch.
@@ -62,6 +73,9 @@ impl PairFilter {
 
     /// Whether nothing but what they are keeps bodies `a` < `b` from touching.
     fn are_apart(&self, a: u32, b: u32) -> bool {
+        if !self.stored.is_empty() && (self.stored.contains(&a) || self.stored.contains(&b)) {
+            return false;
+        }
         let is_free = |i: u32| self.free.get(i as usize).copied();
         match (is_free(a), is_free(b)) {
             (Some(first), None) => first,

@@ -156,6 +156,11 @@ impl NarrowPhase {
         self.filter.set_free(segment, free);
     }
 
+    /// Notes whether a segment is in a store from now on, where it touches nothing.
+    pub fn set_stored(&mut self, segment: usize, stored: bool) {
+        self.filter.set_stored(segment, stored);
+    }
+
     /// Whether every segment is still within the box of the last search.
     pub fn covers(&self, search: &BroadPhase, components: &impl Components) -> bool {
         let ends = |shape: &Shape| {

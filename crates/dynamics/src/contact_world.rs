@@ -123,7 +123,7 @@ impl ContactWorld {
         for set in &mut self.sets {
             if set.change(body, change, solver)? {
                 if let Body::Segment(i) = body {
-                    self.shared.set_free(i, matches!(change, Change::LetGo));
+                    self.shared.change(i, change);
                     let topology = &set.component.system.topology;
                     if set.touch.as_ref().is_some_and(|touch| !touch.response.is_of(topology)) {
                         let response = self.shared.response(set)?;

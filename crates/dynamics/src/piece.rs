@@ -49,6 +49,15 @@ impl Piece {
         }
     }
 
+    /// The same, to change them.
+    pub(crate) fn singles_mut(&mut self) -> &mut [Box<ConnectedSet>] {
+        match self {
+            Piece::Single(set) => std::slice::from_mut(set),
+            Piece::LaneBatch(_) => &mut [],
+            Piece::ContactWorld(sets) => &mut sets.sets,
+        }
+    }
+
     /// Keeps what derivatives need of each step from now on; `whole` are all segments as one set.
     pub(crate) fn record_substeps(&mut self, whole: &Members) {
         match self {

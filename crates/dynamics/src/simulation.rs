@@ -1,5 +1,6 @@
 //! Many connected sets of segments, stepped side by side: the entry point of this crate.
 
+mod feeds;
 mod holds;
 
 use std::sync::Arc;
@@ -7,7 +8,6 @@ use std::sync::Arc;
 use component::snapshot::{Snapshot, StateVisitor};
 use component::{Alike, Component, Members, has_loose, split, split_alike};
 use contact::exclusion::PairFilter;
-use contact::overlap::refuse_overlaps;
 use jointed::linear::solvers::SolverKind;
 use jointed::topology::Topology;
 use kernels::parallel;
@@ -64,6 +64,9 @@ pub enum SimulationError {
     /// The exact tangent where there is none.
     #[error("tangent exact needs {0}")]
     Tangent(&'static str),
+    /// A speed for a feed that is not there.
+    #[error("sliding joint {0} has no feed")]
+    NoFeed(usize),
     /// Eyelets where rods cannot run through any.
     #[error("sliding joints need {0}")]
     Sliding(&'static str),
@@ -149,6 +152,8 @@ pub struct Simulation {
     open: Vec<bool>,
     /// The model's grips with times.
     schedule: Vec<holds::Scheduled>,
+    /// Stores of rods that are fed.
+    stores: Vec<feeds::Store>,
     /// Anchors that were driven, closed or opened on the way.
     moved_anchors: Vec<usize>,
     /// Whether the model changes a load over time, one a load.
@@ -286,16 +291,17 @@ impl Simulation {
             pieces.extend(singles.into_iter().map(|set| Piece::Single(Box::new(set))));
         } else {
             let filter = PairFilter::new(model);
-            refuse_overlaps(model, state, &filter, params.contact_tolerance)?;
+            feeds::refuse_overlaps_outside(model, state, &singles, params.contact_tolerance)?;
             let sets = ContactWorld::new(model, singles, filter, &params)?;
             pieces.push(Piece::ContactWorld(Box::new(sets)));
         }
         let held = model.segments.iter().map(|segment| segment.fixed).collect();
         let changes = |of: &[Changing]| model.changes.iter().any(|change| of.contains(&change.of));
-        Ok(Self {
+        let mut simulation = Self {
             pieces,
             params,
             solver,
+            stores: feeds::stores(model),
             held,
             open: (0..model.anchors.len()).map(|anchor| model.open.contains(&anchor)).collect(),
             schedule: holds::schedule(model),
@@ -304,7 +310,9 @@ impl Simulation {
             gravity_changes: changes(&[Changing::Gravity]),
             time: 0.0,
             time_lost: 0.0,
-        })
+        };
+        simulation.keep_stores(0.0)?;
+        Ok(simulation)
     }
 
     /// Advances by `dt` [s]: on rayon's current thread pool where there is enough to share, with the same bits on any
@@ -319,6 +327,7 @@ impl Simulation {
         if !self.schedule.is_empty() {
             self.keep_schedule()?;
         }
+        self.keep_stores(dt)?;
         let params = self.params;
         let interval = Interval { time: self.time, dt };
         let grain = self.shares_pieces().then_some(1);

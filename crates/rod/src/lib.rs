@@ -69,7 +69,7 @@ pub use probe::{Probe, Quantity, Reading};
 pub use reaction::{Reaction, ReactionParts, Wrench};
 pub use rigid::{BodyShape, Mount, RigidBody};
 pub use section::{LineInertia, Section, Stiffness};
-pub use sliding_joint::{Centreline, Share, Sliding, SlidingJoint};
+pub use sliding_joint::{Centreline, Feed, Share, Sliding, SlidingJoint};
 pub use solid::{SolidError, SolidMesh};
 pub use state::State;
 pub use track::{Change, Changing, Track};

@@ -1,5 +1,6 @@
 //! Sliding joints: a rod that runs through an eyelet, and the smooth centreline on which the eyelet's place moves.
 
+mod feed;
 mod point;
 
 use std::ops::Range;
@@ -7,6 +8,8 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use crate::Body;
+
+pub use feed::Feed;
 
 /// A rod runs through a small eyelet. The eyelet is on the rod's smooth centreline ([`Centreline`]); where along the rod is an unknown of
 /// each step. All turns are free. The rod cannot leave the eyelet: at its ends it stops.
@@ -23,6 +26,8 @@ pub struct SlidingJoint {
     /// Coefficient of Coulomb friction. A taut rod that turns by the angle theta in the eyelet begins to slide where its tensions differ by the
     /// factor exp(friction theta).
     pub friction: f64,
+    /// Drives the rod through the eyelet; `None` where it slides by itself.
+    pub feed: Option<Feed>,
 }
 
 /// Where an eyelet is, and what it does.
@@ -72,6 +77,16 @@ impl Centreline {
     /// Length of the rod [m].
     pub fn length(&self) -> f64 {
         self.length
+    }
+
+    /// Distance of a segment's centre from the rod's start [m].
+    pub fn centre(&self, segment: usize) -> f64 {
+        self.centres[segment]
+    }
+
+    /// The last segment whose centre is not beyond this distance from the rod's start; the first one if there is none.
+    pub fn segment_before(&self, distance: f64) -> usize {
+        self.centres.partition_point(|&centre| centre <= distance).saturating_sub(1)
     }
 
     /// The shares of segments in the point at this distance from the rod's start: of two neighbours, or of the outermost one, twice, of which

@@ -139,6 +139,7 @@ impl Model {
             if !(joint.start >= 0.0 && joint.start <= joint.centreline(self).length()) {
                 return value("start", joint.start, "between 0 and the rod's length");
             }
+            joint.validate_feed(self, index)?;
         }
         Ok(())
     }

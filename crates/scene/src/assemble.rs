@@ -92,6 +92,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         builder.join(source, join)?;
     }
     let eyelets = eyelet::eyelets(&mut builder, source, &file.eyelets)?;
+    eyelet::feeds(&mut builder, source, &file.eyelets)?;
     let probes = probe::probes(&mut builder, source, &file.probes)?;
 
     let Builder { assembly, rods, .. } = builder;

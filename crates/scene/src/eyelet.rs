@@ -1,13 +1,15 @@
 //! Eyelets: places where a rod runs through something.
 
-use nalgebra::UnitQuaternion;
-use rod::{Body, Driven, Pose, SlidingJoint};
+use std::sync::Arc;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rod::{Body, Driven, Feed, Interpolation, Pose, SlidingJoint, Track};
 use toml::Spanned;
 
 use crate::builder::{Builder, Spot};
 use crate::error::{Result, Source};
 use crate::format;
-use crate::motion::Prepared;
+use crate::motion::{Prepared, ascending, one_a_time};
 use crate::probe::is_plain;
 use crate::shape::number_or;
 
@@ -36,7 +38,7 @@ pub(crate) fn eyelets(
 
 /// An eyelet is where its rod is at the start.
 fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Eyelet>) -> Result<()> {
-    let format::Eyelet { name: _, at, on, motion, friction } = entry.get_ref();
+    let format::Eyelet { name: _, at, on, motion, friction, feed: _ } = entry.get_ref();
     let Spot::Rod(segment, fraction) = builder.spot(source, at)? else {
         return source.wrong(at.span(), "must name a `rod` that runs through the eyelet, not a `body`");
     };
@@ -51,7 +53,7 @@ fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Eyelet>) 
     let before: f64 = lengths.iter().take(segment - segments.start).sum();
     let start = before + fraction * lengths[segment - segments.start];
     let mut joint =
-        SlidingJoint { segments, holder: Body::Segment(segment), place: nalgebra::Vector3::zeros(), start, friction };
+        SlidingJoint { segments, holder: Body::Segment(segment), place: Vector3::zeros(), start, friction, feed: None };
     let state = builder.assembly.state_mut().clone();
     let point = joint.point(builder.assembly.model_mut(), &state, start);
     match on {
@@ -87,4 +89,71 @@ fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Eyelet>) 
     }
     builder.assembly.model_mut().sliding_joints.push(joint);
     Ok(())
+}
+
+/// Lets eyelets drive their rods; once everything is joined.
+pub(crate) fn feeds(
+    builder: &mut Builder,
+    source: &Source,
+    entries: &[Spanned<format::Eyelet>],
+) -> Result<()> {
+    for (k, entry) in entries.iter().enumerate() {
+        let format::Eyelet { at, friction, feed, .. } = entry.get_ref();
+        let Some(entry) = feed else { continue };
+        if let Some(friction) = friction {
+            return source.wrong(friction.span(), "does not go with `feed`; the feed's `max_force_n` says how much it grips");
+        }
+        let feed = drive(source, entry)?;
+        let model = builder.assembly.model_mut();
+        let (is_stored, [least, most]) = (feed.is_stored, feed.lengths);
+        model.sliding_joints[k].feed = Some(feed);
+        let joint = &model.sliding_joints[k];
+        let [from, to] = joint.range(model);
+        let length = joint.centreline(model).length();
+        if !(least..=most).contains(&(length - joint.start)) {
+            let outside = format!("leaves {} m of the rod beyond the eyelet, but `feed` allows {least} to {most} m", length - joint.start);
+            return source.wrong(at.span(), &outside);
+        }
+        if !(from..=to).contains(&joint.start) {
+            let reach = format!("must be at most {to} m along the rod: what is joined to others stays out of the store, and the last segment");
+            return source.wrong(at.span(), &reach);
+        }
+        let segments = joint.segments.clone();
+        if is_stored && model.segments[segments.clone()].iter().any(|segment| segment.fixed) {
+            return source.wrong(entry.span(), "goes with a rod that has no held segments; hold its faces, or set `store = false`");
+        }
+        let start = joint.start;
+        let is_behind = |other: &SlidingJoint| other.segments == segments && other.start < start;
+        if is_stored && model.sliding_joints.iter().any(is_behind) {
+            return source.wrong(at.span(), "must be before all other eyelets of a rod that is stored");
+        }
+    }
+    Ok(())
+}
+
+/// The feed of an entry.
+fn drive(source: &Source, entry: &Spanned<format::Feed>) -> Result<Feed> {
+    let format::Feed { speed_m_s, times_s, speeds_m_s, max_force_n, store, min_length_m, max_length_m } = entry.get_ref();
+    let values = match (speed_m_s, times_s, speeds_m_s) {
+        (Some(speed), None, None) => vec![(0.0, source.finite(speed, "m/s")?)],
+        (None, Some(times), Some(speeds)) => {
+            let seconds = ascending(source, times)?;
+            one_a_time(source, speeds, seconds.len())?;
+            let speed = |(time, value): (f64, &format::Number)| Ok((time, source.finite(value, "m/s")?));
+            seconds.into_iter().zip(speeds.get_ref()).map(speed).collect::<Result<Vec<_>>>()?
+        }
+        _ => return source.wrong(entry.span(), "must have `speed_m_s`, or `times_s` and `speeds_m_s`"),
+    };
+    let values: Vec<_> = values.into_iter().map(|(time, speed)| (time, Vector3::x() * speed)).collect();
+    let speed = match Track::new(&values, Interpolation::Linear) {
+        Ok(track) => Arc::new(track),
+        Err(error) => return source.wrong(entry.span(), &error.to_string()),
+    };
+    let least = number_or(min_length_m, 0.0, |v| source.not_negative(v, "m"))?;
+    let most = number_or(max_length_m, f64::INFINITY, |v| source.not_negative(v, "m"))?;
+    if most < least {
+        return source.wrong(entry.span(), "has a `min_length_m` above its `max_length_m`");
+    }
+    let max_force = number_or(max_force_n, f64::INFINITY, |v| source.not_negative(v, "N"))?;
+    Ok(Feed { speed, max_force, is_stored: store.unwrap_or(true), lengths: [least, most] })
 }

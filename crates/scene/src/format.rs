@@ -23,7 +23,7 @@ mod section;
 pub(crate) use body::{Body, BodyShape, Mesh as BodyMesh};
 pub(crate) use contact::{Capsule, Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use curve::{Between, Curve};
-pub(crate) use eyelet::Eyelet;
+pub(crate) use eyelet::{Eyelet, Feed};
 pub(crate) use list::List;
 pub(crate) use load::Load;
 pub(crate) use many::{Copies, Heap, Net, Strands};

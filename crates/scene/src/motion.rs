@@ -135,7 +135,7 @@ fn lists(source: &Source, given: &format::Motion, times: &Spanned<Vec<format::Nu
 }
 
 /// The times [s] of a list, each later than the one before.
-fn ascending(source: &Source, times: &Spanned<Vec<format::Number>>) -> Result<Vec<f64>> {
+pub(crate) fn ascending(source: &Source, times: &Spanned<Vec<format::Number>>) -> Result<Vec<f64>> {
     let mut seconds: Vec<f64> = Vec::with_capacity(times.get_ref().len());
     for time in times.get_ref() {
         let now = source.not_negative(time, "s")?;
@@ -165,7 +165,7 @@ pub(crate) fn track(
     }
 }
 
-fn one_a_time<T>(source: &Source, list: &Spanned<Vec<T>>, count: usize) -> Result<()> {
+pub(crate) fn one_a_time<T>(source: &Source, list: &Spanned<Vec<T>>, count: usize) -> Result<()> {
     match list.get_ref().len() {
         found if found == count => Ok(()),
         found => source.wrong(list.span(), &format!("has {found} entries, but `times_s` has {count}")),

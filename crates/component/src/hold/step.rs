@@ -42,10 +42,19 @@ impl<T: Real> Component<T> {
             Change::LetGo => {
                 self.moved.retain(|moved| !moved.is_of(lane, body));
                 match is_segment {
-                    true if is_held => self.free_segment(lane, body),
+                    true if is_held => {
+                        self.free_segment(lane, body);
+                        self.close_stored(lane, body);
+                    }
                     true => {}
                     false => self.set_open(lane, body, true),
                 }
+            }
+            Change::Store => {
+                if !is_held {
+                    self.hold_segment(lane, body);
+                }
+                self.open_stored(lane, body);
             }
             Change::Hold | Change::Drive(_) => {
                 if !is_held && is_segment {

@@ -51,11 +51,31 @@ impl<T: Real> Component<T> {
         self.released.retain(|one| one.open || one.turns != Turns::None);
     }
 
-    /// Places open grips at the faces that they may hold.
+    /// Opens the joints of a segment that goes into a store.
+    pub(crate) fn open_stored(&mut self, lane: usize, body: usize) {
+        for (joint, _) in self.system.topology.joints.iter().enumerate().filter(|(_, ends)| ends.contains(&(body as u32))) {
+            if !self.is_loose(joint, lane) {
+                self.released.push(Released { lane, joint, turns: Turns::None, open: true });
+            }
+        }
+    }
+
+    /// Closes the joints of a segment that comes out of a store, but for those to what is stored still.
+    pub(crate) fn close_stored(&mut self, lane: usize, body: usize) {
+        let Self { released, system, segments, bodies, .. } = self;
+        released.retain(|one| {
+            let ends = system.topology.joints[one.joint].map(|body| body as usize);
+            let is_own = one.open && one.lane == lane && ends.contains(&body);
+            let is_inner = ends.iter().all(|end| end < segments);
+            !(is_own && is_inner && ends.iter().all(|&end| bodies[end].free.lane(lane) != 0.0))
+        });
+    }
+
+    /// Places open grips at the faces that they may hold, and what is stored in line behind what is outside: last what is farthest in.
     #[cold]
     #[inline(never)]
     pub(crate) fn follow_faces(&mut self) {
-        for k in 0..self.released.len() {
+        for k in (0..self.released.len()).rev() {
             let Released { lane, joint, open, .. } = self.released[k];
             if !open {
                 continue;
@@ -63,7 +83,7 @@ impl<T: Real> Component<T> {
             let [a, b] = self.system.topology.joints[joint].map(|body| body as usize);
             let offsets = self.system.joints[joint].offsets.map(|z| z.lane(lane));
             let rest = self.rest_rotation(joint, lane);
-            let is_a = a >= self.segments;
+            let is_a = a >= self.segments || b < self.segments;
             let (anchor, body, at_anchor, at_body) =
                 if is_a { (a, b, offsets[0], offsets[1]) } else { (b, a, offsets[1], offsets[0]) };
             let pose = pick_pose(&self.poses[body], lane);

@@ -6,7 +6,7 @@ use kernels::lane::Real;
 use kernels::math::Vec3;
 use rod::{Model, Share, Sliding, SlidingJoint};
 
-use super::{BodyColumns, Border, Eyelet, Eyelets, Slip, UNKNOWNS};
+use super::{BodyColumns, Border, Eyelet, Eyelets, Slip, UNKNOWNS, feed};
 use crate::parts::{pick_pose, vec3};
 use crate::snapshot::StateVisitor;
 use crate::{BodyPose, Component, Members};
@@ -70,6 +70,11 @@ impl<T: Real> Component<T> {
                 Slip::Slides(sign) => sign,
             };
             visitor.number(&mut sign);
+            if let Some(set) = Self::set_speed(eyelet) {
+                let mut speed = set.unwrap_or(f64::NAN);
+                visitor.number(&mut speed);
+                *set = Some(speed).filter(|speed| !speed.is_nan());
+            }
             eyelet.slip = if sign == 0.0 { Slip::Sticks } else { Slip::Slides(sign) };
         });
     }
@@ -129,6 +134,7 @@ impl<T: Real> Component<T> {
     /// at most: as a rod of tensions `T exp(mu theta)` and T on a round edge presses and pulls it, `mu tanh(mu theta / 2) / (mu tan(theta / 2))`.
     pub fn begin_sliding(&mut self, is_guessed: bool) {
         let effective = self.effective.lane(0);
+        let time = self.time;
         for k in 0..self.eyelets.all.len() {
             let (length, segment) = (self.eyelets.all[k].line.length(), self.segment_length(k));
             let place = self.eyelets.all[k].place;
@@ -140,11 +146,14 @@ impl<T: Real> Component<T> {
             let mu = eyelet.friction;
             let slope = if turn > 1e-4 { (0.5 * mu * turn).tanh() / (0.5 * turn).tan() } else { mu };
             eyelet.share = slope / (1.0 + slope * slope).sqrt();
-            (eyelet.start, eyelet.slip_at_start, eyelet.target) = (place, eyelet.slip, place);
+            eyelet.carried = eyelet.carried(time, dt);
+            (eyelet.start, eyelet.slip_at_start, eyelet.target) = (place, eyelet.slip, eyelet.carried);
             eyelet.force = eyelet.last_force * (effective * effective);
-            if let (true, Slip::Slides(_)) = (is_guessed, eyelet.slip) {
-                eyelet.place = (place + eyelet.rate * dt).clamp(0.0, length);
-            }
+            eyelet.place = match eyelet.slip {
+                Slip::Slides(_) if is_guessed => (place + eyelet.rate * dt).clamp(eyelet.range[0], eyelet.range[1]),
+                Slip::Slides(_) => place,
+                Slip::Sticks => eyelet.carried,
+            };
         }
         self.gather_eyelets();
     }
@@ -184,6 +193,7 @@ impl Component<f64> {
             let body = members.body(rod::Body::Segment(joint.segments.start));
             let (Some(first), Some(holder)) = (body, members.body(joint.holder)) else { continue };
             let SlidingJoint { place, start, friction, .. } = joint;
+            let drive = joint.feed.as_ref().map(|feed| feed::Drive::new(feed, self.chain(first, joint.segments.len())));
             let mut eyelet = Eyelet {
                 index,
                 first,
@@ -191,6 +201,8 @@ impl Component<f64> {
                 holder,
                 at: Vec3(vec3(place)),
                 friction: *friction,
+                drive,
+                range: joint.range(model),
                 share: 0.0,
                 place: *start,
                 start: *start,
@@ -200,9 +212,10 @@ impl Component<f64> {
                 force: Vec3::zero(),
                 last_force: Vec3::zero(),
                 target: *start,
+                carried: *start,
                 change: (Vec3::zero(), 0.0),
             };
-            if *friction == 0.0 {
+            if !eyelet.grips() {
                 eyelet.slip = Slip::Slides(1.0);
             }
             self.eyelets.all.push(eyelet);
@@ -254,10 +267,11 @@ impl Component<f64> {
         let unit = if size > 0.0 { force * (1.0 / size) } else { Vec3::zero() };
         let sign = if let Slip::Slides(sign) = eyelet.slip { sign } else { 0.0 };
         let sticks = eyelet.slip == Slip::Sticks;
+        // c'.F - |c'| (friction |F| + drive), by what it changes with F and with c'.
         let friction = sign * eyelet.share;
-        // c'.F - friction |c'| |F|, by what it changes with F and with c'.
+        let driven = if sticks { 0.0 } else { sign * self.most_of_drive(eyelet) };
         let by_force = tangent - unit * (friction * speed);
-        let by_tangent = force - tangent * (friction * size / speed);
+        let by_tangent = force - tangent * ((friction * size + driven) / speed);
         out.bodies.clear();
         for (lever, changes) in self.levers(k, 0).into_iter().zip(self.levers(k, 1)) {
             let act = |Lever { weight, arm, .. }: &Lever, f: Vec3<f64>| Spatial {
@@ -280,8 +294,13 @@ impl Component<f64> {
             out.missed[c] = missed.0[c];
         }
         out.own[3][3] = if sticks { 1.0 } else { by_tangent.dot(second) };
-        let along = friction * speed * size - tangent.dot(force);
+        let along = (friction * size + driven) * speed - tangent.dot(force);
         out.missed[3] = if sticks { eyelet.target - place } else { along };
+    }
+
+    /// The largest force of an eyelet's drive along the rod, times dt^2; 0 without a drive.
+    fn most_of_drive(&self, eyelet: &Eyelet) -> f64 {
+        eyelet.drive.as_ref().map_or(0.0, |drive| drive.max_force * self.effective * self.effective)
     }
 
     /// The largest force that is missing in the balance of a body at the last evaluation, as a share of the largest force of an eyelet and of what
@@ -339,22 +358,23 @@ impl Component<f64> {
         let mut changes = false;
         for k in 0..self.eyelets.all.len() {
             let tangent = self.point(k, self.eyelets.all[k].place, 1);
+            let driven = self.most_of_drive(&self.eyelets.all[k]);
             let eyelet = &mut self.eyelets.all[k];
-            let length = eyelet.line.length();
+            let [low, high] = eyelet.range;
             let along = tangent.dot(eyelet.force) / tangent.norm_squared().sqrt();
-            let most = eyelet.share * eyelet.force.norm_squared().sqrt();
+            let most = eyelet.share * eyelet.force.norm_squared().sqrt() + driven;
             let before = (eyelet.slip, eyelet.target);
             match eyelet.slip {
                 Slip::Slides(sign) => {
-                    let rounding = 1e-12 * length;
-                    if eyelet.place < 0.0 || eyelet.place > length {
-                        (eyelet.slip, eyelet.target) = (Slip::Sticks, eyelet.place.clamp(0.0, length));
-                    } else if eyelet.friction > 0.0 && sign * (eyelet.place - eyelet.start) < -rounding {
-                        (eyelet.slip, eyelet.target) = (Slip::Sticks, eyelet.start);
+                    let rounding = 1e-12 * eyelet.line.length();
+                    if eyelet.place < low || eyelet.place > high {
+                        (eyelet.slip, eyelet.target) = (Slip::Sticks, eyelet.place.clamp(low, high));
+                    } else if eyelet.grips() && sign * (eyelet.place - eyelet.carried) < -rounding {
+                        (eyelet.slip, eyelet.target) = (Slip::Sticks, eyelet.carried);
                     }
                 }
                 Slip::Sticks => {
-                    let [is_first, is_last] = [eyelet.target <= 0.0, eyelet.target >= length];
+                    let [is_first, is_last] = [eyelet.target <= low, eyelet.target >= high];
                     let excess = along.abs() - most * (1.0 + 1e-9);
                     let is_pushed_in = !(is_first && along < 0.0 || is_last && along > 0.0);
                     if excess > 0.0 && is_pushed_in {

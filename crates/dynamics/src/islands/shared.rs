@@ -1,5 +1,6 @@
 //! What all islands of a model with contacts share: what can touch, and what pressed at the end of the last step.
 
+use component::Change;
 use component::snapshot::StateVisitor;
 use contact::broad_phase::BroadPhase;
 use contact::exclusion::PairFilter;
@@ -80,9 +81,10 @@ impl Shared {
         self.slow = slow(gravity);
     }
 
-    /// Notes whether a segment moves freely from now on.
-    pub(crate) fn set_free(&mut self, segment: usize, free: bool) {
-        self.detector.set_free(segment, free);
+    /// Notes what has become of a segment.
+    pub(crate) fn change(&mut self, segment: usize, change: Change<'_>) {
+        self.detector.set_free(segment, matches!(change, Change::LetGo));
+        self.detector.set_stored(segment, matches!(change, Change::Store));
     }
 
     /// Shows a visitor what the next step takes over: of contacts, those that press.

@@ -26,7 +26,7 @@ fn here(position: Vector3<f64>) -> Pose {
 /// Adds an eyelet in the ground where the rod is at this distance from its start.
 fn fixed_eyelet(model: &mut Model, state: &State, segments: std::ops::Range<usize>, start: f64, friction: f64) {
     let holder = Body::Anchor(model.anchors.len());
-    let joint = SlidingJoint { segments, holder, place: Vector3::zeros(), start, friction };
+    let joint = SlidingJoint { segments, holder, place: Vector3::zeros(), start, friction, feed: None };
     model.anchors.push(here(joint.point(model, state, start)));
     model.sliding_joints.push(joint);
 }
@@ -59,7 +59,7 @@ fn bead(wire: Vec<Vector3<f64>>, start: f64, friction: f64) -> (Model, State) {
     let ball = RigidBody::new(BodyShape::Sphere { radius: 0.01 }, 1.0);
     let bead = assembly.body(ball, here(Vector3::zeros()));
     let (mut model, mut state) = assembly.finish();
-    let joint = SlidingJoint { segments: wire, holder: Body::Segment(bead), place: Vector3::zeros(), start, friction };
+    let joint = SlidingJoint { segments: wire, holder: Body::Segment(bead), place: Vector3::zeros(), start, friction, feed: None };
     state.positions[bead] = joint.point(&model, &state, start);
     model.sliding_joints.push(joint);
     (model, state)
@@ -308,7 +308,7 @@ fn what_has_no_eyelets_is_refused_by_name() {
     assembly.rod(&line(1.0));
     let (model, state) = assembly.finish();
     let mistake = |segments, holder| {
-        let joint = SlidingJoint { segments, holder, place: Vector3::zeros(), start: 0.5, friction: 0.0 };
+        let joint = SlidingJoint { segments, holder, place: Vector3::zeros(), start: 0.5, friction: 0.0, feed: None };
         let model = Model { sliding_joints: vec![joint], ..model.clone() };
         model.validate(&state).err().map(|error| error.to_string()).unwrap_or_default()
     };

@@ -158,6 +158,7 @@ impl Simulation {
                 own.taken = grip.taken;
             }
         }
+        self.stores.iter_mut().for_each(|store| visitor.count(&mut store.stored));
         let bodies = (0..self.held.len()).map(Body::Segment).chain((0..self.open.len()).map(Body::Anchor));
         for body in bodies {
             let now = self.is_held(body) == Some(true);
@@ -165,7 +166,12 @@ impl Simulation {
             visitor.flag(&mut then);
             if then != now {
                 // Only a connectivity that changes can fail, and then the visitor is of something else.
-                let _ = self.change(body, if then { Change::Hold } else { Change::LetGo });
+                let is_stored = |i: usize| self.stores.iter().any(|store| store.holds(i));
+                let _ = self.change(body, match body {
+                    _ if !then => Change::LetGo,
+                    Body::Segment(i) if is_stored(i) => Change::Store,
+                    _ => Change::Hold,
+                });
             }
         }
         // The motions of a file are the model's, moved to where they took hold.
@@ -185,7 +191,7 @@ impl Simulation {
     }
 
     /// Holds a body, drives it or lets it go.
-    fn change(&mut self, body: Body, change: Change<'_>) -> Result<(), SimulationError> {
+    pub(in crate::simulation) fn change(&mut self, body: Body, change: Change<'_>) -> Result<(), SimulationError> {
         let lets_go = matches!(change, Change::LetGo);
         let is_driven = matches!(change, Change::Drive(_));
         let comes_apart = |piece: &Piece| matches!(piece, Piece::LaneBatch(group) if group.comes_apart(body, lets_go));
