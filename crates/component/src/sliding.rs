@@ -100,11 +100,6 @@ pub struct Border {
     pub own: [[f64; UNKNOWNS]; UNKNOWNS],
     /// What they miss.
     pub missed: [f64; UNKNOWNS],
-}
-
-impl Border {
-    /// Whether its place is an unknown.
-    pub fn slides(&self) -> bool {
-        self.own[3][..3] != [0.0; 3]
-    }
+    /// How the force along the rod changes with the place, without friction.
+    pub along: f64,
 }

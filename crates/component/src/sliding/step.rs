@@ -293,6 +293,7 @@ impl Component<f64> {
             out.own[3][c] = if sticks { 0.0 } else { by_force.0[c] };
             out.missed[c] = missed.0[c];
         }
+        out.along = force.dot(second);
         out.own[3][3] = if sticks { 1.0 } else { by_tangent.dot(second) };
         let along = (friction * size + driven) * speed - tangent.dot(force);
         out.missed[3] = if sticks { eyelet.target - place } else { along };

@@ -238,6 +238,8 @@ impl Articulated {
             let place = places[body as usize] as usize;
             let Some(follows) = follows else {
                 left[place] = rows(answer);
+                // The body before it may be held for now, where the connectivity has it free.
+                transfers[place] = Transfer { transposed: Rows::zero(), held: rows(answer) };
                 return;
             };
             let mut transposed = Rows::zero();

@@ -107,8 +107,8 @@ impl Exact<f64> {
 }
 
 impl Exact<f64> {
-    /// What the eyelets change in the work that unit forces of the `sides` do on each other's answers. Friction in eyelets is left out, for
-    /// which the operator would not be symmetric.
+    /// What the eyelets change in the work that unit forces of the `sides` do on each other's answers. Friction and drives in eyelets are left
+    /// out: with friction the operator would not be symmetric, and of a rod that sticks a contact would not know that it slides under more force.
     pub(super) fn couple_through_eyelets(
         &mut self,
         sides: &[Side],
@@ -116,21 +116,20 @@ impl Exact<f64> {
     ) {
         let Bordered { borders, columns, answers, solution, scratch, .. } = &mut self.bordered;
         let (size, forces) = (borders.len() * UNKNOWNS, 3 * sides.len());
-        // Of one that sticks the place is no unknown.
-        let is_free = |k: usize| k % UNKNOWNS < 3 || borders[k / UNKNOWNS].slides();
         let entry = |row: usize, column: usize| {
-            if !(is_free(row) && is_free(column)) {
-                return f64::from(u8::from(row == column));
-            }
             let border = &borders[row / UNKNOWNS];
             let (r, c) = (row % UNKNOWNS, column % UNKNOWNS);
-            let own = if row / UNKNOWNS == column / UNKNOWNS { border.own[r.min(c)][r.max(c)] } else { 0.0 };
+            let own = match row / UNKNOWNS == column / UNKNOWNS {
+                true if r.min(c) == 3 => border.along,
+                true => border.own[r.min(c)][r.max(c)],
+                false => 0.0,
+            };
             let of = |own: &BodyColumns| own.columns[r].dot(columns[column][own.body]);
             own + border.bodies.iter().map(of).sum::<f64>()
         };
         let answer = |force: usize, k: usize| {
             let side = &sides[force / 3];
-            if is_free(k) { side.forces[force % 3].dot(columns[k][side.body as usize]) } else { 0.0 }
+            side.forces[force % 3].dot(columns[k][side.body as usize])
         };
         scratch.clear();
         scratch.extend((0..size * size).map(|k| entry(k / size, k % size)));

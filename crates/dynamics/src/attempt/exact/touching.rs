@@ -111,7 +111,7 @@ impl Exact<f64> {
 
 #[cfg(test)]
 mod tests {
-    use component::split;
+    use component::{Change, split};
     use kernels::math::Vec3;
     use nalgebra::Vector3;
     use rand::{RngExt, SeedableRng};
@@ -154,16 +154,21 @@ mod tests {
     fn the_operator_is_that_of_solves_with_the_factor() {
         let params = StepParams { formulation: Formulation::Newton, ..StepParams::DEFAULT };
         let rng = &mut ChaCha8Rng::seed_from_u64(11);
-        for (segments, has_branch, is_held) in [
-            (1, false, false),
-            (2, false, false),
-            (8, false, false),
-            (9, false, true),
-            (6, true, false),
-            (7, true, true),
+        for (segments, has_branch, is_held, holds) in [
+            (1, false, false, None),
+            (2, false, false, None),
+            (8, false, false, None),
+            (9, false, true, None),
+            (6, true, false, None),
+            (7, true, true, None),
+            // Held on the way, which the connectivity does not know.
+            (8, false, false, Some(0)),
+            (9, false, false, Some(3)),
+            (8, true, true, Some(5)),
         ] {
-            let what = format!("{segments} segments, branch {has_branch}, held {is_held}");
+            let what = format!("{segments} segments, branch {has_branch}, held {is_held}, then {holds:?}");
             let (mut component, mut counters) = (rod(segments, has_branch, is_held), Counters::default());
+            holds.into_iter().for_each(|body| component.change(0, body, Change::Hold));
             let interval = Interval { time: 0.0, dt: 0.01 };
             let mut attempt = begin(&mut component, interval, &params, &mut NoGuess, &mut counters);
             for lambda in &mut component.lambda {
@@ -177,7 +182,8 @@ mod tests {
             let is_taken = exact.project(&mut component, &attempt, &mut counters)
                 || exact.find(&mut component, 1, (attempt.residuals.worst(), attempt.target), &mut counters) != 0;
             assert!(is_taken, "{what}");
-            let moves: Vec<_> = (0..topology.bodies()).filter(|&body| !topology.fixed[body]).collect();
+            let is_free = |body: &usize| !topology.fixed[*body] && holds != Some(*body);
+            let moves: Vec<_> = (0..topology.bodies()).filter(is_free).collect();
             let sides: Vec<_> = (0..7)
                 .map(|contact| {
                     let forces = [(); 3].map(|()| Spatial { linear: random(rng, 1.0), angular: random(rng, 0.1) });
