@@ -23,6 +23,7 @@ mod own_forces;
 mod prescribed;
 mod projection;
 mod rates;
+mod feeds;
 mod sliding;
 mod snapshots;
 mod solids;
