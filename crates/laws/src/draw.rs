@@ -207,14 +207,28 @@ impl Draft {
         let (name, segments) = self.random.pick(&open.iter().collect::<Vec<_>>()).clone();
         let (segment, fraction) = (self.random.whole(0, segments - 1), self.random.uniform(0.0, 1.0));
         put!(self, "\n[[eyelets]]\nat = {{ rod = \"{name}\", segment = {segment}, fraction = {fraction:?} }}");
-        if self.random.chance(0.6) {
-            put!(self, "friction = {:?}", self.random.uniform(0.0, 0.6));
+        match self.random.whole(0, 9) {
+            0..=5 => put!(self, "friction = {:?}", self.random.uniform(0.0, 0.6)),
+            6..=7 => self.feed(),
+            _ => {}
         }
         let others: Vec<_> = open.iter().filter(|(other, _)| *other != name).collect();
         if !others.is_empty() && self.random.chance(0.3) {
             let (other, segments) = self.random.pick(&others).clone();
             put!(self, "on = {{ rod = \"{other}\", segment = {} }}", self.random.whole(0, segments - 1));
         }
+    }
+
+    /// What drives a rod through an eyelet, out of a store or not.
+    fn feed(&mut self) {
+        let mut keys = format!("speed_m_s = {:?}", self.size * self.random.uniform(-0.5, 0.5));
+        if self.random.chance(0.5) {
+            keys += &format!(", max_force_n = {:?}", self.random.uniform(0.0, 100.0));
+        }
+        if self.random.chance(0.3) {
+            keys += ", store = false";
+        }
+        put!(self, "feed = {{ {keys} }}");
     }
 
     fn copies(&mut self) {
@@ -243,6 +257,9 @@ mod tests {
                     "full circles",
                     "drives this segment",
                     "sliding joints need",
+                    "goes with a rod that has no held segments",
+                    "what is joined to others stays out of the store",
+                    "must be before all other eyelets",
                 ]
                 .iter()
                 .any(|known| why.contains(known))

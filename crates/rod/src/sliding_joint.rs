@@ -79,6 +79,11 @@ impl Centreline {
         self.length
     }
 
+    /// Number of its segments.
+    pub fn segments(&self) -> usize {
+        self.centres.len()
+    }
+
     /// Distance of a segment's centre from the rod's start [m].
     pub fn centre(&self, segment: usize) -> f64 {
         self.centres[segment]

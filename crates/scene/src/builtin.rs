@@ -35,6 +35,7 @@ const FILES: &[(&str, &str)] = files![
     "suture",
     "crane",
     "zip-line",
+    "winch",
     "tendon-robot",
     "knot",
     "small-cantilever",

@@ -92,16 +92,13 @@ fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Eyelet>) 
 }
 
 /// Lets eyelets drive their rods; once everything is joined.
-pub(crate) fn feeds(
-    builder: &mut Builder,
-    source: &Source,
-    entries: &[Spanned<format::Eyelet>],
-) -> Result<()> {
+pub(crate) fn feeds(builder: &mut Builder, source: &Source, entries: &[Spanned<format::Eyelet>]) -> Result<()> {
     for (k, entry) in entries.iter().enumerate() {
         let format::Eyelet { at, friction, feed, .. } = entry.get_ref();
         let Some(entry) = feed else { continue };
         if let Some(friction) = friction {
-            return source.wrong(friction.span(), "does not go with `feed`; the feed's `max_force_n` says how much it grips");
+            return source
+                .wrong(friction.span(), "does not go with `feed`; the feed's `max_force_n` says how much it grips");
         }
         let feed = drive(source, entry)?;
         let model = builder.assembly.model_mut();
@@ -111,16 +108,24 @@ pub(crate) fn feeds(
         let [from, to] = joint.range(model);
         let length = joint.centreline(model).length();
         if !(least..=most).contains(&(length - joint.start)) {
-            let outside = format!("leaves {} m of the rod beyond the eyelet, but `feed` allows {least} to {most} m", length - joint.start);
+            let outside = rounded(length - joint.start);
+            let outside =
+                format!("leaves {outside} m of the rod beyond the eyelet, but `feed` allows {least} to {most} m");
             return source.wrong(at.span(), &outside);
         }
         if !(from..=to).contains(&joint.start) {
-            let reach = format!("must be at most {to} m along the rod: what is joined to others stays out of the store, and the last segment");
+            let to = rounded(to);
+            let reach = format!(
+                "must be at most {to} m along the rod: what is joined to others stays out of the store, and the last segment"
+            );
             return source.wrong(at.span(), &reach);
         }
         let segments = joint.segments.clone();
         if is_stored && model.segments[segments.clone()].iter().any(|segment| segment.fixed) {
-            return source.wrong(entry.span(), "goes with a rod that has no held segments; hold its faces, or set `store = false`");
+            return source.wrong(
+                entry.span(),
+                "goes with a rod that has no held segments; hold its faces, or set `store = false`",
+            );
         }
         let start = joint.start;
         let is_behind = |other: &SlidingJoint| other.segments == segments && other.start < start;
@@ -131,9 +136,15 @@ pub(crate) fn feeds(
     Ok(())
 }
 
+/// A length without what rounding has made of its last digits [m].
+fn rounded(length: f64) -> f64 {
+    (length * 1e9).round() / 1e9
+}
+
 /// The feed of an entry.
 fn drive(source: &Source, entry: &Spanned<format::Feed>) -> Result<Feed> {
-    let format::Feed { speed_m_s, times_s, speeds_m_s, max_force_n, store, min_length_m, max_length_m } = entry.get_ref();
+    let format::Feed { speed_m_s, times_s, speeds_m_s, max_force_n, store, min_length_m, max_length_m } =
+        entry.get_ref();
     let values = match (speed_m_s, times_s, speeds_m_s) {
         (Some(speed), None, None) => vec![(0.0, source.finite(speed, "m/s")?)],
         (None, Some(times), Some(speeds)) => {

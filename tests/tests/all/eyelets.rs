@@ -52,3 +52,23 @@ fn a_box_slides_down_a_rope_and_gains_no_energy() {
     });
     assert!(places.is_sorted() && places.last() > Some(&3.0), "{:?}", places.last());
 }
+
+/// The winch bears the load and what hangs out, lowers them as far as its speed says, and hoists them again.
+#[test]
+fn a_winch_lowers_a_load_and_hoists_it() {
+    let (mut lowest, mut last) = (f64::INFINITY, None);
+    run("winch", |_, state, sliding| {
+        lowest = lowest.min(sliding[0].place);
+        assert!(sliding[0].force.norm() < 500.0, "{:?}", sliding[0]);
+        last = Some((state.clone(), sliding[0]));
+    });
+    let (state, end) = last.unwrap();
+    // The integral of the speeds: 0.35 m/s over 1.4 s and half of 0.3 s twice, then back over 2.2 s with half of 0.3 s and of 0.5 s.
+    let out = 0.35 * (0.15 + 1.4 + 0.15);
+    let back = 0.35 * (0.15 + 2.2 + 0.25);
+    assert!((lowest - (1.5 - out)).abs() < 2e-3, "{lowest} m");
+    assert!((end.place - (1.5 - out + back)).abs() < 1e-3, "{} m", end.place);
+    // The rope is straight from the winch to its last segment.
+    let outside = 2.5 - end.place;
+    assert!((state.positions[49].norm() / (outside - 0.025) - 1.0).abs() < 0.01, "{}", state.positions[49]);
+}

@@ -53,7 +53,9 @@ impl<T: Real> Component<T> {
 
     /// Opens the joints of a segment that goes into a store.
     pub(crate) fn open_stored(&mut self, lane: usize, body: usize) {
-        for (joint, _) in self.system.topology.joints.iter().enumerate().filter(|(_, ends)| ends.contains(&(body as u32))) {
+        for (joint, _) in
+            self.system.topology.joints.iter().enumerate().filter(|(_, ends)| ends.contains(&(body as u32)))
+        {
             if !self.is_loose(joint, lane) {
                 self.released.push(Released { lane, joint, turns: Turns::None, open: true });
             }
@@ -162,8 +164,10 @@ impl<T: Real> Component<T> {
                 let [at_a, at_b] = terms.offsets.map(|z| z.lane(lane));
                 terms.shear.set_lane(lane, (FREE * (reach(at_a, on_a) + reach(at_b, on_b))).max(LEAST));
                 terms.stretch_extra.set_lane(lane, 0.0);
-                if let Some(extra) = self.system.shear_extra.get_mut(joint) {
-                    extra.set_lane(lane, 0.0);
+                for list in [&mut self.system.shear_extra, &mut self.system.bend_extra] {
+                    if let Some(extra) = list.get_mut(joint) {
+                        extra.set_lane(lane, 0.0);
+                    }
                 }
             }
         }

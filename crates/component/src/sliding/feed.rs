@@ -66,7 +66,9 @@ impl Eyelet {
 impl<T: Real> Component<T> {
     /// How many segments, from the start of its rod on, each store holds in the step to come: by the index of the sliding joint in the model.
     pub fn each_store(&self, time: f64, dt: f64, mut see: impl FnMut(usize, usize)) {
-        for eyelet in self.eyelets.all.iter().filter(|eyelet| eyelet.drive.as_ref().is_some_and(|drive| drive.is_stored)) {
+        for eyelet in
+            self.eyelets.all.iter().filter(|eyelet| eyelet.drive.as_ref().is_some_and(|drive| drive.is_stored))
+        {
             see(eyelet.index, eyelet.first_outside(time, dt));
         }
     }
@@ -87,11 +89,13 @@ impl<T: Real> Component<T> {
     /// prediction, which acts for so long on their velocities [s].
     pub(crate) fn carry_stored(&mut self, pushed: T) {
         let h = T::splat(self.dt);
-        for eyelet in self.eyelets.all.iter().filter(|eyelet| eyelet.drive.as_ref().is_some_and(|drive| drive.is_stored)) {
+        for eyelet in
+            self.eyelets.all.iter().filter(|eyelet| eyelet.drive.as_ref().is_some_and(|drive| drive.is_stored))
+        {
             let place = eyelet.carried(self.time, self.dt);
             let first = eyelet.first_outside(self.time, self.dt);
-            for k in first..eyelet.line.segment_before(place) + 2 {
-                let Some(body) = self.bodies.get(eyelet.first + k) else { break };
+            for k in first..(eyelet.line.segment_before(place) + 2).min(eyelet.line.segments()) {
+                let body = &self.bodies[eyelet.first + k];
                 let inside = 0.5 + (place - eyelet.line.centre(k)) / body.length.lane(0);
                 let share = T::splat(inside.clamp(0.0, 1.0));
                 self.predicted[eyelet.first + k].x -= self.gravity * (pushed * h * share * body.free);
@@ -106,7 +110,7 @@ impl<T: Real> Component<T> {
             let Some(drive) = eyelet.drive.as_ref().filter(|drive| drive.is_stored) else { continue };
             let place = eyelet.carried(time, dt);
             let last = eyelet.line.segment_before(place);
-            for k in eyelet.first_outside(time, dt)..=last.min(drive.joints.len().wrapping_sub(1)) {
+            for k in eyelet.first_outside(time, dt)..(last + 1).min(drive.joints.len()) {
                 let [from, to] = [k, k + 1].map(|segment| eyelet.line.centre(segment));
                 let share = T::splat(((to - place) / (to - from)).clamp(LEAST_SHARE, 1.0));
                 let joint = drive.joints[k];

@@ -68,7 +68,8 @@ impl Simulation {
         if !speed.is_finite() {
             return Err(SimulationError::NotFinite(format!("the speed of feed {joint}")));
         }
-        let is_there = self.pieces.iter_mut().flat_map(Piece::singles_mut).any(|set| set.component.set_feed(joint, speed));
+        let is_there =
+            self.pieces.iter_mut().flat_map(Piece::singles_mut).any(|set| set.component.set_feed(joint, speed));
         if is_there { Ok(()) } else { Err(SimulationError::NoFeed(joint)) }
     }
 

@@ -6,8 +6,8 @@ use dynamics::simulation::{Settings, Simulation, SimulationError};
 use dynamics::step::{Status, StepParams};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
-    Assembly, Body, Contacts, Feed, Freedom, Friction, Integrator, Interpolation, Material, Model, Obstacle, ObstacleShape, Pose,
-    RodSpec, Sliding, SlidingJoint, State, Surface, Track, shape,
+    Assembly, Body, Contacts, Feed, Freedom, Friction, Integrator, Interpolation, Material, Model, Obstacle,
+    ObstacleShape, Pose, RodSpec, Sliding, SlidingJoint, State, Surface, Track, shape,
 };
 
 const G: f64 = 9.81;
@@ -28,7 +28,13 @@ fn steady(speed: f64) -> Feed {
 
 /// A straight rope of 2 m in this direction, of so many segments and this mass a metre, of which the eyelet at the origin leaves so much outside;
 /// with a weight of this mass on its last segment.
-fn rope(direction: Vector3<f64>, (segments, per_metre): (usize, f64), outside: f64, weight: f64, feed: Feed) -> (Model, State) {
+fn rope(
+    direction: Vector3<f64>,
+    (segments, per_metre): (usize, f64),
+    outside: f64,
+    weight: f64,
+    feed: Feed,
+) -> (Model, State) {
     let mut assembly = Assembly::new(Vector3::z() * -G);
     let radius = 0.004_f64;
     let density = per_metre / (std::f64::consts::PI * radius.powi(2));
@@ -94,9 +100,8 @@ fn a_store_bears_what_hangs_out_of_it() {
 fn hoisted(length: f64, speed: f64, angle: f64, time: f64) -> f64 {
     let count = 40_000;
     let h = time / f64::from(count);
-    let rates = |t: f64, [theta, rate]: [f64; 2]| {
-        [rate, -(2.0 * speed * rate + G * theta.sin()) / (length + speed * t)]
-    };
+    let rates =
+        |t: f64, [theta, rate]: [f64; 2]| [rate, -(2.0 * speed * rate + G * theta.sin()) / (length + speed * t)];
     let mut now = [angle, 0.0];
     for k in 0..count {
         let t = h * f64::from(k);
@@ -152,7 +157,10 @@ fn a_line_that_is_paid_out_hangs_in_a_catenary_at_each_length() {
         if time > 6.0 {
             // The line's own inertia pulls where the speed changes.
             let is_steady = time < 15.0 || time > 17.0;
-            assert!(!is_steady || (pull / expected - 1.0).abs() < 0.015, "{time} s, {length} m: {pull} N, {expected} N");
+            assert!(
+                !is_steady || (pull / expected - 1.0).abs() < 0.015,
+                "{time} s, {length} m: {pull} N, {expected} N"
+            );
             assert!((pull / before - 1.0).abs() < 0.005, "{time} s: from {before} N to {pull} N");
             seen += 1;
         }
@@ -271,7 +279,10 @@ fn what_a_feed_cannot_be_is_said() {
             of_feed(&|feed| feed.lengths = [1.5, 2.0]),
             "start = 1, but it must be where the lengths beyond the eyelet and the segments that are joined to others allow it",
         ),
-        (mistake(&|model| model.segments[3].fixed = true), "fixed segments = 1, but it must be 0 in a rod that is stored"),
+        (
+            mistake(&|model| model.segments[3].fixed = true),
+            "fixed segments = 1, but it must be 0 in a rod that is stored",
+        ),
         (
             mistake(&|model| {
                 let other = SlidingJoint { start: 0.9, feed: None, ..model.sliding_joints[0].clone() };

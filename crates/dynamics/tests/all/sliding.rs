@@ -59,7 +59,14 @@ fn bead(wire: Vec<Vector3<f64>>, start: f64, friction: f64) -> (Model, State) {
     let ball = RigidBody::new(BodyShape::Sphere { radius: 0.01 }, 1.0);
     let bead = assembly.body(ball, here(Vector3::zeros()));
     let (mut model, mut state) = assembly.finish();
-    let joint = SlidingJoint { segments: wire, holder: Body::Segment(bead), place: Vector3::zeros(), start, friction, feed: None };
+    let joint = SlidingJoint {
+        segments: wire,
+        holder: Body::Segment(bead),
+        place: Vector3::zeros(),
+        start,
+        friction,
+        feed: None,
+    };
     state.positions[bead] = joint.point(&model, &state, start);
     model.sliding_joints.push(joint);
     (model, state)

@@ -249,7 +249,9 @@ impl EnergyBalance {
         self.jump = self.jump / 3.0 + jump(step);
         let is_known = step.is_whole()
             || (step.status == Status::ConvergedInSubsteps && work.is_steady && !model.contacts.is_empty());
-        if !is_known || model.contacts.allow_overlap {
+        // What feeds do is not told.
+        let is_fed = model.sliding_joints.iter().any(|joint| joint.feed.is_some());
+        if !is_known || is_fed || model.contacts.allow_overlap {
             *self = Self { jump: self.jump, ..Self::default() };
             return;
         }

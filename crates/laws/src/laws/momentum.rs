@@ -75,11 +75,13 @@ fn outside(step: &Step<'_>) -> Vec<Outside> {
     all
 }
 
-/// Whether a rod that runs through an eyelet has both segments that move and segments that are held: which of them bear its force is not told.
+/// Whether a rod that runs through an eyelet has both segments that move and segments that are held or stored: what bears which force is not
+/// told.
 fn has_mixed_eyelets(step: &Step<'_>) -> bool {
     step.model.sliding_joints.iter().any(|joint| {
         let is_free = step.is_free(joint.segments.start);
-        joint.segments.clone().any(|i| step.is_free(i) != is_free)
+        let is_stored = joint.feed.as_ref().is_some_and(|feed| feed.is_stored);
+        is_stored || joint.segments.clone().any(|i| step.is_free(i) != is_free)
     })
 }
 

@@ -64,7 +64,11 @@ impl SlidingJoint {
         }
         let [from, to] = self.range(model);
         if !(self.start >= from && self.start <= to) {
-            return value("start", self.start, "where the lengths beyond the eyelet and the segments that are joined to others allow it");
+            return value(
+                "start",
+                self.start,
+                "where the lengths beyond the eyelet and the segments that are joined to others allow it",
+            );
         }
         if feed.is_stored && model.segments[self.segments.clone()].iter().any(|segment| segment.fixed) {
             return value("fixed segments", 1.0, "0 in a rod that is stored");

@@ -167,11 +167,14 @@ impl Simulation {
             if then != now {
                 // Only a connectivity that changes can fail, and then the visitor is of something else.
                 let is_stored = |i: usize| self.stores.iter().any(|store| store.holds(i));
-                let _ = self.change(body, match body {
-                    _ if !then => Change::LetGo,
-                    Body::Segment(i) if is_stored(i) => Change::Store,
-                    _ => Change::Hold,
-                });
+                let _ = self.change(
+                    body,
+                    match body {
+                        _ if !then => Change::LetGo,
+                        Body::Segment(i) if is_stored(i) => Change::Store,
+                        _ => Change::Hold,
+                    },
+                );
             }
         }
         // The motions of a file are the model's, moved to where they took hold.
