@@ -9,7 +9,7 @@
 //! s = s_0                           or it sticks, where |c'(s_0).F| <= k |c'| |F|
 //! ```
 //!
-//! A feed drives the rod through its eyelet: it sticks at `s_0 - v dt` as long as the drive's largest force allows (`feed.rs`).
+//! A feed drives the rod through its eyelet: it sticks at `s_0 - v dt` as long as the drive's largest force allows (`store.rs`).
 //!
 //! beside the balance of momentum, to which F adds. Newton's method takes all of it together: what the rod answers comes from the factor of
 //! its own equations, and a small border has the forces and places (`dynamics/src/attempt/exact/sliding.rs`). It is the work-conjugate
@@ -18,6 +18,7 @@
 
 mod feed;
 mod step;
+mod store;
 
 use kernels::Spatial;
 use kernels::math::Vec3;

@@ -2,6 +2,7 @@
 
 mod feed;
 mod point;
+mod range;
 
 use std::ops::Range;
 

@@ -1,9 +1,7 @@
 //! Eyelets: places where a rod runs through something.
 
-use std::sync::Arc;
-
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Body, Driven, Feed, Interpolation, Pose, SlidingJoint, Track};
+use rod::{Body, Driven, Feed, Pose, SlidingJoint};
 use toml::Spanned;
 
 use crate::builder::{Builder, Spot};
@@ -145,20 +143,15 @@ fn rounded(length: f64) -> f64 {
 fn drive(source: &Source, entry: &Spanned<format::Feed>) -> Result<Feed> {
     let format::Feed { speed_m_s, times_s, speeds_m_s, max_force_n, store, min_length_m, max_length_m } =
         entry.get_ref();
-    let values = match (speed_m_s, times_s, speeds_m_s) {
-        (Some(speed), None, None) => vec![(0.0, source.finite(speed, "m/s")?)],
+    let speeds = match (speed_m_s, times_s, speeds_m_s) {
+        (Some(speed), None, None) => vec![[0.0, source.finite(speed, "m/s")?]],
         (None, Some(times), Some(speeds)) => {
             let seconds = ascending(source, times)?;
             one_a_time(source, speeds, seconds.len())?;
-            let speed = |(time, value): (f64, &format::Number)| Ok((time, source.finite(value, "m/s")?));
+            let speed = |(time, value): (f64, &format::Number)| Ok([time, source.finite(value, "m/s")?]);
             seconds.into_iter().zip(speeds.get_ref()).map(speed).collect::<Result<Vec<_>>>()?
         }
         _ => return source.wrong(entry.span(), "must have `speed_m_s`, or `times_s` and `speeds_m_s`"),
-    };
-    let values: Vec<_> = values.into_iter().map(|(time, speed)| (time, Vector3::x() * speed)).collect();
-    let speed = match Track::new(&values, Interpolation::Linear) {
-        Ok(track) => Arc::new(track),
-        Err(error) => return source.wrong(entry.span(), &error.to_string()),
     };
     let least = number_or(min_length_m, 0.0, |v| source.not_negative(v, "m"))?;
     let most = number_or(max_length_m, f64::INFINITY, |v| source.not_negative(v, "m"))?;
@@ -166,5 +159,5 @@ fn drive(source: &Source, entry: &Spanned<format::Feed>) -> Result<Feed> {
         return source.wrong(entry.span(), "has a `min_length_m` above its `max_length_m`");
     }
     let max_force = number_or(max_force_n, f64::INFINITY, |v| source.not_negative(v, "N"))?;
-    Ok(Feed { speed, max_force, is_stored: store.unwrap_or(true), lengths: [least, most] })
+    Ok(Feed { speeds, max_force, is_stored: store.unwrap_or(true), lengths: [least, most] })
 }

@@ -301,7 +301,7 @@ impl Component<f64> {
 
     /// The largest force of an eyelet's drive along the rod, times dt^2; 0 without a drive.
     fn most_of_drive(&self, eyelet: &Eyelet) -> f64 {
-        eyelet.drive.as_ref().map_or(0.0, |drive| drive.max_force * self.effective * self.effective)
+        eyelet.drive.as_ref().map_or(0.0, |drive| drive.feed.max_force * self.effective * self.effective)
     }
 
     /// The largest force that is missing in the balance of a body at the last evaluation, as a share of the largest force of an eyelet and of what

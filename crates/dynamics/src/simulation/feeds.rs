@@ -1,16 +1,15 @@
 //! Rods that are fed out of stores: which segments are stored, from one step to the next.
 
+mod change;
+
 use std::borrow::Cow;
 use std::ops::Range;
 
-use component::Change;
 use contact::exclusion::PairFilter;
 use contact::overlap::{Overlap, refuse_overlaps};
-use rod::{Body, Model, State};
+use rod::{Model, State};
 
-use super::{Simulation, SimulationError};
 use crate::connected_set::ConnectedSet;
-use crate::piece::Piece;
 
 /// The store of a rod that is fed.
 #[derive(Debug)]
@@ -57,41 +56,4 @@ pub(super) fn refuse_overlaps_outside(
         filter.set_stored(i, true);
     }
     refuse_overlaps(&held, state, &filter, tolerance)
-}
-
-impl Simulation {
-    /// Lets a feed drive its rod with this speed [m/s] from the next step on, whatever the model says: > 0 pays out.
-    ///
-    /// # Errors
-    /// If the sliding joint has no feed, or the speed is not finite.
-    pub fn set_feed(&mut self, joint: usize, speed: f64) -> Result<(), SimulationError> {
-        if !speed.is_finite() {
-            return Err(SimulationError::NotFinite(format!("the speed of feed {joint}")));
-        }
-        let is_there =
-            self.pieces.iter_mut().flat_map(Piece::singles_mut).any(|set| set.component.set_feed(joint, speed));
-        if is_there { Ok(()) } else { Err(SimulationError::NoFeed(joint)) }
-    }
-
-    /// Stores segments and lets them out as the step to come needs it, which is so long [s].
-    pub(super) fn keep_stores(&mut self, dt: f64) -> Result<(), SimulationError> {
-        for k in 0..self.stores.len() {
-            let (joint, start) = (self.stores[k].joint, self.stores[k].segments.start);
-            let mut due = 0;
-            self.singles().for_each(|component| {
-                component.each_store(self.time, dt, |of, stored| due = if of == joint { stored } else { due });
-            });
-            while self.stores[k].stored < due {
-                let next = start + self.stores[k].stored;
-                self.stores[k].stored += 1;
-                self.change(Body::Segment(next), Change::Store)?;
-            }
-            while self.stores[k].stored > due {
-                self.stores[k].stored -= 1;
-                let last = start + self.stores[k].stored;
-                self.change(Body::Segment(last), Change::LetGo)?;
-            }
-        }
-        Ok(())
-    }
 }

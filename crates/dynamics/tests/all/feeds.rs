@@ -1,13 +1,11 @@
 //! Rods that are fed out of stores and into them: weights, pendulums and catenaries of a length that changes, limits, contacts, snapshots.
 
-use std::sync::Arc;
-
 use dynamics::simulation::{Settings, Simulation, SimulationError};
 use dynamics::step::{Status, StepParams};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
-    Assembly, Body, Contacts, Feed, Freedom, Friction, Integrator, Interpolation, Material, Model, Obstacle,
-    ObstacleShape, Pose, RodSpec, Sliding, SlidingJoint, State, Surface, Track, shape,
+    Assembly, Body, Contacts, Feed, Freedom, Friction, Integrator, Material, Model, Obstacle, ObstacleShape, Pose,
+    RodSpec, Sliding, SlidingJoint, State, Surface, shape,
 };
 
 const G: f64 = 9.81;
@@ -16,14 +14,9 @@ fn settings(integrator: Integrator) -> Settings {
     Settings { step: StepParams { integrator, ..StepParams::DEFAULT }, ..Settings::default() }
 }
 
-fn speeds(speeds: &[(f64, f64)]) -> Arc<Track> {
-    let values: Vec<_> = speeds.iter().map(|&(time, speed)| (time, Vector3::x() * speed)).collect();
-    Arc::new(Track::new(&values, Interpolation::Linear).unwrap())
-}
-
 /// A feed at this speed without limits, out of a store.
 fn steady(speed: f64) -> Feed {
-    Feed { speed: speeds(&[(0.0, speed)]), max_force: f64::INFINITY, is_stored: true, lengths: [0.0, f64::INFINITY] }
+    Feed { speeds: vec![[0.0, speed]], max_force: f64::INFINITY, is_stored: true, lengths: [0.0, f64::INFINITY] }
 }
 
 /// A straight rope of 2 m in this direction, of so many segments and this mass a metre, of which the eyelet at the origin leaves so much outside;
@@ -136,8 +129,8 @@ fn a_hoisted_pendulum_swings_as_theory_says() {
 /// The pull of a hanging line at the eyelet is that of a catenary at each length, and changes smoothly from segment to segment.
 #[test]
 fn a_line_that_is_paid_out_hangs_in_a_catenary_at_each_length() {
-    let speed = speeds(&[(0.0, 0.08), (2.5, 0.08), (3.0, 0.015), (15.0, 0.015), (16.0, -0.015), (30.0, -0.015)]);
-    let (mut model, state) = rope(Vector3::x(), (80, 0.05), 1.0, 0.0, Feed { speed, ..steady(0.0) });
+    let speeds = vec![[0.0, 0.08], [2.5, 0.08], [3.0, 0.015], [15.0, 0.015], [16.0, -0.015], [30.0, -0.015]];
+    let (mut model, state) = rope(Vector3::x(), (80, 0.05), 1.0, 0.0, Feed { speeds, ..steady(0.0) });
     let anchor = Body::Anchor(model.anchors.len());
     model.anchors.push(Pose { position: Vector3::x(), orientation: UnitQuaternion::identity() });
     let last = model.joints[78];
@@ -214,8 +207,8 @@ fn over_the_ground(feed: Feed) -> (Model, State) {
 /// What is stored touches nothing, and a rope that is laid on the ground lies on it with what is outside.
 #[test]
 fn a_rope_is_laid_on_the_ground_and_taken_up_again() {
-    let speed = speeds(&[(0.0, 0.3), (1.0, 0.3), (1.2, -0.3), (2.2, -0.3), (2.4, 0.0)]);
-    let feed = Feed { speed, max_force: 2.0, ..steady(0.0) };
+    let speeds = vec![[0.0, 0.3], [1.0, 0.3], [1.2, -0.3], [2.2, -0.3], [2.4, 0.0]];
+    let feed = Feed { speeds, max_force: 2.0, ..steady(0.0) };
     let laid = over_the_ground(feed);
     let (mut lowest, mut longest, mut last) = (0.0_f64, 0.0_f64, Sliding::default());
     run(&laid, Integrator::Bdf2, (0.002, 2500), |_, state, sliding| {
@@ -271,6 +264,10 @@ fn what_a_feed_cannot_be_is_said() {
     for (found, expected) in [
         (own(&|joint| joint.friction = 0.1), "friction = 0.1, but it must be 0 where a feed drives the rod"),
         (of_feed(&|feed| feed.max_force = -1.0), "largest force of the feed = -1, but it must be >= 0"),
+        (
+            of_feed(&|feed| feed.speeds = vec![[1.0, 0.0], [1.0, 2.0]]),
+            "time of a speed of the feed = 1, but it must be later than the one before",
+        ),
         (
             of_feed(&|feed| feed.lengths = [0.2, 0.1]),
             "least length beyond the eyelet = 0.2, but it must be >= 0 and not above the largest length",

@@ -1,15 +1,12 @@
 //! Feeding: eyelets that drive rods through them, out of a store and into it.
 
-use std::sync::Arc;
-
-use crate::{Body, Model, ModelError, SlidingJoint, Track};
-
 /// A drive at an eyelet, as of a winch, a spool or a pair of rollers: it moves the rod through the eyelet at a given speed, as far as its
 /// force goes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Feed {
-    /// Speed of the rod through the eyelet, from its start towards its end, over time [m/s]: the first component. Positive speed pays out.
-    pub speed: Arc<Track>,
+    /// Times [s], each later than the one before, and speeds of the rod through the eyelet, from its start towards its end, then [m/s]. Positive
+    /// speed pays out. Linear between the times, constant before and after.
+    pub speeds: Vec<[f64; 2]>,
     /// The largest force along the rod [N]. Where more is needed the rod slips in the drive.
     pub max_force: f64,
     /// Whether the rod is stored before the eyelet: what of it has not come out yet takes no part in the motion.
@@ -18,65 +15,14 @@ pub struct Feed {
     pub lengths: [f64; 2],
 }
 
-impl SlidingJoint {
-    /// The places of the eyelet along the rod between which it stays [m]. A store takes in no segment to which something is joined, and
-    /// leaves the last one outside.
-    pub fn range(&self, model: &Model) -> [f64; 2] {
-        let line = self.centreline(model);
-        let length = line.length();
-        let Some(feed) = &self.feed else { return [0.0, length] };
-        let [least, most] = feed.lengths;
-        let mut end = length - least;
-        if feed.is_stored {
-            end = end.min(line.centre(self.first_joined(model)));
+impl Feed {
+    /// The speed at a time [s], in m/s; 0 if none is given.
+    pub fn speed(&self, time: f64) -> f64 {
+        let next = self.speeds.partition_point(|&[at, _]| at <= time);
+        match (self.speeds.get(next.wrapping_sub(1)), self.speeds.get(next)) {
+            (Some([from, old]), Some([to, new])) => old + (new - old) * (time - from) / (to - from),
+            (Some([_, speed]), None) | (None, Some([_, speed])) => *speed,
+            (None, None) => 0.0,
         }
-        [(length - most).max(0.0), end]
-    }
-
-    /// The first segment of the rod that is joined to something but its neighbours in the rod; its last one if none is.
-    fn first_joined(&self, model: &Model) -> usize {
-        let own = |body: Body| match body {
-            Body::Segment(i) => self.segments.contains(&i).then(|| i - self.segments.start),
-            Body::Anchor(_) => None,
-        };
-        let last = self.segments.len().saturating_sub(1);
-        let joined = model.joints.iter().filter_map(|joint| match (own(joint.a), own(joint.b)) {
-            (Some(a), Some(b)) if a.abs_diff(b) == 1 => None,
-            (a, b) => a.or(b),
-        });
-        joined.fold(last, usize::min)
-    }
-
-    /// Checks the feed.
-    pub(crate) fn validate_feed(&self, model: &Model, index: usize) -> Result<(), ModelError> {
-        let Some(feed) = &self.feed else { return Ok(()) };
-        let what = "sliding joint";
-        let value = |quantity, value, allowed| Err(ModelError::Value { what, index, quantity, value, allowed });
-        if self.friction != 0.0 {
-            return value("friction", self.friction, "0 where a feed drives the rod");
-        }
-        if feed.max_force.is_nan() || feed.max_force < 0.0 {
-            return value("largest force of the feed", feed.max_force, ">= 0");
-        }
-        let [least, most] = feed.lengths;
-        if !(least >= 0.0 && most >= least) {
-            return value("least length beyond the eyelet", least, ">= 0 and not above the largest length");
-        }
-        let [from, to] = self.range(model);
-        if !(self.start >= from && self.start <= to) {
-            return value(
-                "start",
-                self.start,
-                "where the lengths beyond the eyelet and the segments that are joined to others allow it",
-            );
-        }
-        if feed.is_stored && model.segments[self.segments.clone()].iter().any(|segment| segment.fixed) {
-            return value("fixed segments", 1.0, "0 in a rod that is stored");
-        }
-        let twice = model.sliding_joints.iter().enumerate().any(|(other, joint)| {
-            let is_one = other != index && joint.segments == self.segments;
-            is_one && feed.is_stored && joint.start < self.start
-        });
-        if twice { value("start", self.start, "before all other eyelets of a rod that is stored") } else { Ok(()) }
     }
 }

@@ -70,12 +70,12 @@ fn a_feed_has_a_store() {
     let scene = feed("speed_m_s = 0.1, max_force_n = 20, min_length_m = 0.5").unwrap();
     let own = scene.model.sliding_joints[0].feed.as_ref().unwrap();
     assert!(own.is_stored);
-    assert_eq!((own.speed.at(3.0).x, own.max_force, own.lengths), (0.1, 20.0, [0.5, f64::INFINITY]));
+    assert_eq!((own.speed(3.0), own.max_force, own.lengths), (0.1, 20.0, [0.5, f64::INFINITY]));
     let [from, to] = scene.model.sliding_joints[0].range(&scene.model);
     assert!(from == 0.0 && (to - 1.5).abs() < 1e-12, "{from} {to}");
     let scene = feed("times_s = [1, 3], speeds_m_s = [0.2, -0.2], store = false").unwrap();
     let own = scene.model.sliding_joints[0].feed.as_ref().unwrap();
-    assert_eq!([0.0, 1.5, 4.0].map(|time| own.speed.at(time).x), [0.2, 0.1, -0.2]);
+    assert_eq!([0.0, 1.5, 4.0].map(|time| own.speed(time)), [0.2, 0.1, -0.2]);
     assert!(!own.is_stored && own.max_force == f64::INFINITY);
     for (keys, expected) in [
         ("max_force_n = 1", "eyelets[0].feed: must have `speed_m_s`, or `times_s` and `speeds_m_s`"),
@@ -83,8 +83,14 @@ fn a_feed_has_a_store() {
         ("times_s = [0, 1], speeds_m_s = [1]", "eyelets[0].feed.speeds_m_s: has 1 entries, but `times_s` has 2"),
         ("speed_m_s = inf", "eyelets[0].feed.speed_m_s = inf, but it must be finite [m/s]"),
         ("speed_m_s = 1, max_force_n = -1", "eyelets[0].feed.max_force_n = -1, but it must be finite and >= 0 [N]"),
-        ("speed_m_s = 1, min_length_m = 2, max_length_m = 1", "eyelets[0].feed: has a `min_length_m` above its `max_length_m`"),
-        ("speed_m_s = 1, max_length_m = 1", "eyelets[0].at: leaves 1.575 m of the rod beyond the eyelet, but `feed` allows 0 to 1 m"),
+        (
+            "speed_m_s = 1, min_length_m = 2, max_length_m = 1",
+            "eyelets[0].feed: has a `min_length_m` above its `max_length_m`",
+        ),
+        (
+            "speed_m_s = 1, max_length_m = 1",
+            "eyelets[0].at: leaves 1.575 m of the rod beyond the eyelet, but `feed` allows 0 to 1 m",
+        ),
     ] {
         let error = feed(keys).unwrap_err();
         assert!(error.contains(expected), "{error}");
