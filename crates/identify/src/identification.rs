@@ -67,7 +67,7 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
         segments: cli.segments.map_or(usual.segments, usize::from),
         steps: cli.steps.map_or(usual.steps, usize::from),
     };
-    let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+    let reading = Reading { rate: cli.rate, unit: cli.unit_m, grips: cli.grips.unwrap_or_default() };
     let (kind, [train, eval]) = K::read([&cli.recordings, &cli.eval], reading, resolution.segments)?;
     let train = Set::new("train", train, &cli.recordings)?;
     let eval = Set::new("eval", eval, &cli.eval)?;
@@ -147,11 +147,15 @@ fn search<K: Kind>(
     start: &mut <K::Specimen as Specimen>::Numbers,
 ) -> Result<Search<Of<K::Specimen>>> {
     let mut search = kind.search();
+    let later = search.later.len();
     for name in &cli.free {
         let one = || start.named(name).map(|quantity| vec![quantity]);
         let group = start.groups().into_iter().find(|(own, _)| own == name).map(|(_, own)| own);
         let quantities = group.map_or_else(one, Ok).map_err(|message| anyhow!("--free {message}"))?;
         for quantity in quantities {
+            if search.free.contains(&quantity) {
+                continue;
+            }
             // What something is expected of comes later, whichever list fits better.
             let lists: Vec<_> = match quantity.prior() {
                 Some(_) => vec![&mut search.later],
@@ -163,7 +167,7 @@ fn search<K: Kind>(
             }
         }
     }
-    if let (false, Some(last)) = (search.later.is_empty(), search.stages.last_mut()) {
+    if let (true, Some(last)) = (search.later.len() > later, search.stages.last_mut()) {
         // More numbers take longer to find.
         last.iterations = last.iterations.max(WITH_LATER);
     }
@@ -196,7 +200,7 @@ fn identified<K: Kind>(
 ) -> Result<Identified<K::Specimen>> {
     let searched = K::SEARCH.min(resolution);
     let mut search = Search { steps: searched.steps, ..search(cli, kind, &mut start)? };
-    let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+    let reading = Reading { rate: cli.rate, unit: cli.unit_m, grips: cli.grips.unwrap_or_default() };
     let mut coarser: Option<Vec<K::Specimen>> = None;
     if searched == resolution {
         search.finer = 0;
@@ -262,6 +266,9 @@ fn predicted<K: Kind>(
         let [mean, median, worst] =
             [mean, sorted[sorted.len() / 2], sorted[sorted.len() - 1]].map(|error| significant(100.0 * error, 3));
         say!("  {name}: mean {mean}, median {median}, worst {worst}")?;
+    }
+    for (name, error) in kind.errors_over_all(&set.recordings, &predictions) {
+        say!("  {name}: {}", significant(100.0 * error, 3))?;
     }
     Ok(Outcome { predictions, errors })
 }
