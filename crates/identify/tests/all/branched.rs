@@ -13,7 +13,7 @@ use identify::kind::Kind;
 use identify::parameter::Parameter;
 use identify::predict::{predict, step_params};
 use identify::quantity::Quantity;
-use identify::recording::{Reading, Recording, is_flat, read_flat};
+use identify::recording::{Grips, Reading, Recording, is_flat, read_flat};
 use identify::specimen::Specimen;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 const PARTS: usize = 2;
 
 fn tree() -> Tree {
-    Tree { parent: 8, branches: vec![Branch { junction: 4, markers: 8..11 }] }
+    Tree { parent: 8, branches: vec![Branch { junction: 4, markers: 8..11 }], grips: Grips::Ends }
 }
 
 /// A parent that hangs between two grips, which sway in a way of their own, and a branch that hangs on it.
@@ -47,35 +47,44 @@ fn grips(index: usize, frames: usize) -> Recording {
 
 /// The same with the free markers of a cable with `truth` from the third frame on.
 fn recorded(truth: &Numbers, index: usize, frames: usize) -> Recording {
-    let mut recording = grips(index, frames);
-    let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
-    let predicted = predict(&[cable], truth, frames, 1).unwrap().remove(0);
+    simulated(&tree(), truth, grips(index, frames))
+}
+
+/// A recording with the free markers of such a cable from the third frame on.
+fn simulated(tree: &Tree, truth: &Numbers, mut recording: Recording) -> Recording {
+    let cable = BranchedCable::new(&recording, tree, PARTS).unwrap();
+    let predicted = predict(&[cable], truth, recording.frames(), 1).unwrap().remove(0);
     assert_eq!(predicted.unsolved, 0);
     for (real, predicted) in recording.markers.iter_mut().zip(predicted.markers).skip(2) {
-        tree().free().zip(predicted).for_each(|(marker, predicted)| real[marker] = predicted);
+        tree.free().zip(predicted).for_each(|(marker, predicted)| real[marker] = predicted);
     }
     recording
 }
 
 fn truth() -> Numbers {
-    let side = BranchedCable::new(&grips(0, 3), &tree(), PARTS).unwrap().sides()[0];
-    let mut truth = Numbers::start(1, side + 0.2);
+    let mut truth = start(&tree(), &[grips(0, 3)]);
     for (number, value) in [
         (Number::Parent(Parameter::Bending), 0.05),
         (Number::Parent(Parameter::InnerDamping), 0.08),
-        (Number::BranchMass, 1.6),
+        (Number::BranchMass(0), 1.6),
+        (Number::Side(0), 0.2),
         (Number::Curvature(1), 1.5),
-        (Number::Kink(0), -0.3),
     ] {
         truth[number] = value;
     }
     truth
 }
 
+/// Where a search for the cable of some recordings begins.
+fn start(tree: &Tree, recordings: &[Recording]) -> Numbers {
+    let of = |recording| BranchedCable::new(recording, tree, PARTS).unwrap();
+    tree.start(&recordings.iter().map(of).collect::<Vec<_>>())
+}
+
 #[test]
 fn a_prediction_begins_where_the_recording_does() {
     let recording = grips(1, 5);
-    assert_eq!(Tree::of(&[recorded(&truth(), 1, 60)]).unwrap(), tree());
+    assert_eq!(Tree::of(&[recorded(&truth(), 1, 60)], Grips::Ends).unwrap(), tree());
     assert_eq!(tree().ways(), [(0..8).collect(), vec![4, 8, 9, 10]]);
     let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
     let (model, state) = cable.model(&truth()).unwrap();
@@ -90,7 +99,7 @@ fn a_prediction_begins_where_the_recording_does() {
 #[test]
 fn the_scene_moves_as_the_prediction_does() {
     let mut truth = truth();
-    (truth[Number::Parent(Parameter::Roll)], truth[Number::BranchBending]) = (0.3, 0.4);
+    (truth[Number::Parent(Parameter::Roll)], truth[Number::BranchBending(0)]) = (0.3, 0.4);
     let cable = BranchedCable::new(&grips(1, 30), &tree(), PARTS).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = identify::branched::scene::write(folder.path(), &cable, "tree-1", &truth, 1).unwrap();
@@ -123,7 +132,7 @@ fn a_branch_hangs_still_in_the_first_frame() {
     let mut recording = grips(0, 30);
     let first = recording.markers[0].clone();
     recording.markers.iter_mut().for_each(|markers| markers.clone_from(&first));
-    let mut numbers = Numbers::start(1, BranchedCable::new(&recording, &tree(), PARTS).unwrap().sides()[0]);
+    let mut numbers = start(&tree(), std::slice::from_ref(&recording));
     let cable = |numbers: &Numbers| {
         let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
         let predicted = predict(&[cable], numbers, 30, 1).unwrap().remove(0);
@@ -134,7 +143,7 @@ fn a_branch_hangs_still_in_the_first_frame() {
         predicted.markers.iter().map(bend).fold(0.0, f64::max)
     };
     numbers.parent[Parameter::Bending] = 50.0;
-    numbers.branch_bending = 2e-4;
+    numbers[Number::BranchBending(0)] = 2e-4;
     // EI / (rho A) is 0.01 m^4/s^2: from rest as it is drawn, gravity would bend it by 0.06 rad.
     let found = cable(&numbers);
     assert!(found < 0.02, "{found} rad");
@@ -149,13 +158,13 @@ fn a_simulated_tree_is_identified_back() {
     let found = fit(&recordings, &cables, &tree().start(&cables), &tree().search(), &mut |_| true).unwrap();
     assert!(known(&found).iter().all(|known| known.interval.is_none()), "three recordings are fewer than the numbers");
     let found = found.parameters;
-    for number in [Number::Parent(Parameter::Bending), Number::BranchMass] {
+    for number in [Number::Parent(Parameter::Bending), Number::BranchMass(0)] {
         let error = found[number] / truth[number] - 1.0;
         assert!(error.abs() < 0.05, "{number}: {}", found[number]);
     }
     let fresh = recorded(&truth, 3, 90);
     let error = |numbers: &Numbers| tree().errors(&fresh, &predict(&[of(&fresh)], numbers, 90, 1).unwrap()[0])[0].1;
-    let start = error(&Numbers::start(1, truth.side));
+    let start = error(&start(&tree(), &recordings));
     assert!(error(&found) < 0.05 * start, "{} m, where the search began {start} m", error(&found));
 }
 
@@ -171,7 +180,8 @@ fn recordings_are_played_beside_predictions() {
     let value = |number: &Number| {
         (number.to_string(), json!({ "value": truth()[*number], "unit": number.unit(), "interval": null }))
     };
-    let numbers: serde_json::Map<String, Value> = Number::all(1).iter().map(value).collect();
+    let seen = (0..2).map(Number::Seen);
+    let numbers: serde_json::Map<String, Value> = Number::all(&tree()).into_iter().chain(seen).map(|number| value(&number)).collect();
     let earlier = json!({
         "kind": "cable with branches", "parameters": numbers, "free": [], "segments": PARTS, "steps": 1, "huber_m": 0.005,
         "stages": [], "rods": tree().ways(), "recordings": [], "rate_per_s": 100.0, "unit_m": 1.0, "stopped": false,
@@ -237,7 +247,7 @@ fn flat_pickles_are_read() {
     let recording = grips(2, 24);
     let path = pickle(folder.path(), "tree.pkl", &recording);
     assert!(is_flat(&path));
-    let read = read_flat(&path, Reading { rate: 50.0, unit: 1.0 }).unwrap();
+    let read = read_flat(&path, Reading { rate: 50.0, ..Reading::default() }).unwrap();
     assert_eq!((read.frames(), read.count()), (24, 11));
     assert_eq!(read.markers, recording.markers);
     assert!((read.time[3] - 0.06).abs() < 1e-12);
