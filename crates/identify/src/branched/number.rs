@@ -103,7 +103,7 @@ impl Quantity for Number {
             Self::BranchBending(_) => Some(1.0),
             Self::BranchMass(_) => Some(0.5),
             Self::Side(_) => Some(0.5),
-            Self::Beside { .. } => Some(0.01),
+            Self::Beside { .. } => Some(0.02),
             Self::Curvature(_) | Self::Seen(_) => None,
         }
     }

@@ -31,8 +31,9 @@ impl Tree {
     /// those of each branch from its junction to its end.
     ///
     /// A cable does not stretch, so that neighbours never get far from each other: a marker goes on with the rod if, of all before it,
-    /// the last one stays nearest; else a branch begins there. It begins at that marker of the rods before it whose distance changes
-    /// least. The middle one of all recordings counts, so that some in which markers swap do not.
+    /// the last one stays nearest, and the rod does not turn back there, by more than a quarter of a turn in the mean; else a branch
+    /// begins. It begins at that marker of the rods before it, but for the last one, whose distance changes least. The middle one of all
+    /// recordings counts, so that some in which markers swap do not.
     ///
     /// # Errors
     /// If there is no branch, the parent has too few markers, or a branch begins in a grip.
@@ -42,14 +43,21 @@ impl Tree {
             among.min_by(|&a, &b| of(marker, a).total_cmp(&of(marker, b)))
         };
         let farthest = |a, b| median(recordings.iter().map(|own| distances(own, a, b).fold(0.0, f64::max)).collect());
-        let begins: Vec<usize> =
-            (1..count).filter(|&marker| nearest(marker, 0..marker, &farthest) != Some(marker - 1)).collect();
+        let turn = |marker| median(recordings.iter().map(|own| mean_turn(own, marker)).collect());
+        let mut begins: Vec<usize> = Vec::new();
+        for marker in 1..count {
+            let start = begins.last().copied().unwrap_or(0);
+            let turns_back = marker >= start + 2 && turn(marker) < 0.0;
+            if turns_back || nearest(marker, 0..marker, &farthest) != Some(marker - 1) {
+                begins.push(marker);
+            }
+        }
         let parent = *begins.first().ok_or("there is no branch: each marker goes on where the one before it is")?;
         grips.check(parent)?;
         let shakes = |a, b| median(recordings.iter().map(|own| variance(distances(own, a, b))).collect());
         let ends = begins[1..].iter().copied().chain([count]);
         let branch = |(&first, end): (&usize, usize)| {
-            let junction = nearest(first, 0..first, &shakes).unwrap_or(0);
+            let junction = nearest(first, 0..first - 1, &shakes).unwrap_or(0);
             if grips.given(parent).contains(&junction) {
                 return Err(format!("the branch of marker {first} begins at marker {junction}, which is in a grip"));
             }
@@ -132,6 +140,22 @@ impl Tree {
 pub(super) fn distances(recording: &Recording, a: usize, b: usize) -> impl Iterator<Item = f64> {
     let apart = move |markers: &Vec<Vector3<f64>>| (markers[a] - markers[b]).norm();
     recording.markers.iter().map(apart).filter(|distance| distance.is_finite())
+}
+
+/// Cosine of the angle between the way to a marker from the one before it and the way to that one, in the mean of the frames where none was
+/// lost.
+fn mean_turn(recording: &Recording, marker: usize) -> f64 {
+    let cosine = |markers: &Vec<Vector3<f64>>| {
+        let [before, after] = [1, 0].map(|k| markers[marker - k] - markers[marker - k - 1]);
+        before.dot(&after) / (before.norm() * after.norm())
+    };
+    let (sum, count) = recording
+        .markers
+        .iter()
+        .map(cosine)
+        .filter(|cosine| cosine.is_finite())
+        .fold((0.0, 0), |(sum, count), cosine| (sum + cosine, count + 1));
+    sum / f64::from(count)
 }
 
 fn variance(values: impl Iterator<Item = f64>) -> f64 {

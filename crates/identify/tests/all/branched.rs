@@ -168,6 +168,154 @@ fn a_simulated_tree_is_identified_back() {
     assert!(error(&found) < 0.05 * start, "{} m, where the search began {start} m", error(&found));
 }
 
+/// A cable whose second branch hangs on the first.
+fn branched_twice() -> Tree {
+    let branches = [(4, 8..11), (9, 11..13)].map(|(junction, markers)| Branch { junction, markers }).to_vec();
+    Tree { branches, ..tree() }
+}
+
+/// The grips of a cable whose second branch hangs on the first, in the middle of it.
+fn grips_of_twice(index: usize, frames: usize) -> Recording {
+    let mut recording = grips(index, frames);
+    let along = Vector3::new(-0.2, 0.5, -0.6).normalize();
+    for markers in &mut recording.markers {
+        let junction = markers[9];
+        markers.extend((1..3).map(|k| junction + along * (0.05 * k as f64)));
+    }
+    recording
+}
+
+#[test]
+fn a_branch_on_a_branch_is_found_and_identified_back() {
+    let tree = branched_twice();
+    let first: Vec<_> = (0..8).map(|index| grips_of_twice(index, 80)).collect();
+    let mut truth = start(&tree, &first);
+    for (number, value) in [
+        (Number::Parent(Parameter::Bending), 0.05),
+        (Number::Parent(Parameter::InnerDamping), 0.08),
+        (Number::BranchMass(0), 0.8),
+        (Number::BranchMass(1), 1.4),
+    ] {
+        truth[number] = value;
+    }
+    let recordings: Vec<_> = first.into_iter().map(|recording| simulated(&tree, &truth, recording)).collect();
+    assert_eq!(Tree::of(&recordings, Grips::Ends).unwrap(), tree);
+    assert_eq!((tree.host(0), tree.host(1)), (None, Some(0)));
+    let cables: Vec<_> = recordings.iter().map(|own| BranchedCable::new(own, &tree, PARTS).unwrap()).collect();
+    let (model, state) = cables[0].model(&truth).unwrap();
+    model.validate(&state).unwrap();
+    assert_eq!(model.rods(), 3);
+    let found = fit(&recordings, &cables, &tree.start(&cables), &tree.search(), &mut |_| true).unwrap().parameters;
+    for number in [
+        Number::Parent(Parameter::Bending),
+        Number::BranchMass(0),
+        Number::BranchMass(1),
+    ] {
+        let error = found[number] / truth[number] - 1.0;
+        assert!(error.abs() < 0.1, "{number}: {} for {}", found[number], truth[number]);
+    }
+    let fresh = simulated(&tree, &truth, grips_of_twice(9, 80));
+    let cable = [BranchedCable::new(&fresh, &tree, PARTS).unwrap()];
+    let error = |numbers: &Numbers| tree.errors(&fresh, &predict(&cable, numbers, 80, 1).unwrap()[0])[0].1;
+    let [before, after] = [error(&tree.start(&cables)), error(&found)];
+    assert!(after < 0.1 * before, "{after} m, where the search began {before} m");
+}
+
+/// The same cable as [`tree`], held at its marker 2, so that the first two are free.
+fn held_in_the_middle() -> Tree {
+    Tree { grips: Grips::Middle(2), ..tree() }
+}
+
+#[test]
+fn a_grip_in_the_middle_leaves_an_end_free() {
+    let tree = held_in_the_middle();
+    assert_eq!(tree.free().collect::<Vec<_>>(), [0, 1, 3, 4, 5, 8, 9, 10]);
+    let truth = start(&tree, &[grips(0, 3)]);
+    let recording = simulated(&tree, &truth, grips(1, 60));
+    assert_eq!(Tree::of(std::slice::from_ref(&recording), Grips::Middle(2)).unwrap(), tree);
+    let cable = BranchedCable::new(&recording, &tree, PARTS).unwrap();
+    let (model, state) = cable.model(&truth).unwrap();
+    model.validate(&state).unwrap();
+    for (marker, here) in tree.free().zip(cable.markers(&truth, &model, &state)) {
+        assert!((here - recording.markers[0][marker]).norm() < 1e-9, "marker {marker}");
+    }
+    // Where the grip stands still, the free end does. It is 0.2 m long: from rest as it is drawn, gravity would lower it by
+    // g l^4 / (8 EI / (rho A)), a tenth of a metre.
+    let mut still = grips(0, 40);
+    let first = still.markers[0].clone();
+    still.markers.iter_mut().for_each(|markers| markers.clone_from(&first));
+    let cable = BranchedCable::new(&still, &tree, PARTS).unwrap();
+    let predicted = predict(&[cable], &truth, 40, 1).unwrap().remove(0);
+    for markers in &predicted.markers {
+        assert!((markers[0] - first[0]).norm() < 3e-3, "{} m", (markers[0] - first[0]).norm());
+    }
+}
+
+#[test]
+fn a_scene_with_a_grip_in_the_middle_and_a_branch_on_a_branch_moves_as_the_prediction_does() {
+    let tree = Tree { grips: Grips::Middle(2), ..branched_twice() };
+    let mut truth = start(&tree, &[grips_of_twice(0, 3)]);
+    (truth[Number::BranchBending(1)], truth[Number::Beside { axis: 1, marker: 4 }]) = (0.4, 0.004);
+    let cable = BranchedCable::new(&grips_of_twice(1, 30), &tree, PARTS).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = identify::branched::scene::write(folder.path(), &cable, "tree-1", &truth, 1).unwrap();
+    let scene = scene::load(&path).unwrap();
+    let settings = Settings { step: step_params(), ..Settings::default() };
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+    let mut state = scene.state.clone();
+    let prediction = predict(std::slice::from_ref(&cable), &truth, 30, 1).unwrap().remove(0);
+    for (frame, predicted) in prediction.markers.iter().enumerate().skip(1) {
+        simulation.step(0.01).unwrap();
+        simulation.store(&mut state);
+        for (marker, (here, predicted)) in cable.markers(&truth, &scene.model, &state).iter().zip(predicted).enumerate()
+        {
+            assert!((here - predicted).norm() < 2e-5, "frame {frame}, marker {marker}: {}", (here - predicted).norm());
+        }
+    }
+}
+
+#[test]
+fn markers_beside_the_rod_are_found() {
+    let beside = Number::Beside { axis: 0, marker: 3 };
+    let mut truth = truth();
+    truth[beside] = 0.008;
+    let recordings: Vec<_> = (0..8).map(|index| recorded(&truth, index, 80)).collect();
+    let of = |recording: &Recording| BranchedCable::new(recording, &tree(), PARTS).unwrap();
+    let cables: Vec<_> = recordings.iter().map(of).collect();
+    let (model, state) = cables[0].model(&truth).unwrap();
+    for (marker, here) in tree().free().zip(cables[0].markers(&truth, &model, &state)) {
+        // The frames in which they lie beside it are those of rods that were drawn a little otherwise.
+        assert!((here - recordings[0].markers[0][marker]).norm() < 2e-4, "marker {marker}");
+    }
+    // Where markers lie and all else is found in turns: that takes more of them than the usual search, which stops before.
+    let mut search = tree().search();
+    search.stages.last_mut().unwrap().iterations = 40;
+    let found = fit(&recordings, &cables, &tree().start(&cables), &search, &mut |_| true).unwrap().parameters;
+    assert!((found[beside] / truth[beside] - 1.0).abs() < 0.25, "{} m for {} m", found[beside], truth[beside]);
+    let other = Number::Beside { axis: 0, marker: 5 };
+    assert!(found[other].abs() < 0.002, "{} m for none", found[other]);
+}
+
+#[test]
+fn grips_that_do_not_fit_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = pickle(folder.path(), "a.pkl", &recorded(&truth(), 1, 60));
+    let csv = folder.path().join("plain.csv");
+    fs::write(&csv, "time_s,m0_x,m0_y,m0_z\n").unwrap();
+    for (file, grips, part) in [
+        (&path, "3,-1", "M,-2,-1"),
+        (&path, "6,-2,-1", "it must be one of 1 to 4"),
+        (&path, "4,-2,-1", "which is in a grip"),
+        (&csv, "2,-2,-1", "not of a cable with branches"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_identify"));
+        let output = command.arg(file).args(["--grips", grips, "--out"]).arg(folder.path().join("no")).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{grips}: {said}");
+        assert!(said.contains(part), "{grips}: {said}");
+    }
+}
+
 /// Runs the program on a result of an earlier identification, and takes what it writes.
 #[test]
 fn recordings_are_played_beside_predictions() {
