@@ -185,8 +185,8 @@ impl<'a, S: Specimen> Way<'a, S> {
             }
             for iteration in 1..=self.search.stages[stage].iterations {
                 let step = self.least.step(&mut self.parts[stage])?;
-                if is_whole && self.parts[stage].average(&self.least.x)? {
-                    self.parts[stage].weigh(&self.least.x)?;
+                if is_whole {
+                    self.parts[stage].average(&self.least.x)?;
                 }
                 self.loss = step.loss;
                 let loss = step.loss / step.count as f64;

@@ -90,10 +90,8 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
         }
     };
     let sets: Vec<Set<K::Specimen>> = train.into_iter().chain(eval).collect();
-    let outcomes = sets
-        .iter()
-        .map(|set| predicted(&kind, set, &numbers, resolution.steps))
-        .collect::<Result<Vec<Outcome>>>()?;
+    let outcomes =
+        sets.iter().map(|set| predicted(&kind, set, &numbers, resolution.steps)).collect::<Result<Vec<Outcome>>>()?;
     let warnings = warnings(&file, &known, &sets, &outcomes);
     // What makes the rest doubtful comes first.
     warnings.iter().try_for_each(|warning| say!("warning: {warning}"))?;
@@ -305,7 +303,10 @@ fn warnings<S: Specimen>(
         )
     });
     let unsolved = sets.iter().zip(outcomes).filter(|(_, outcome)| outcome.unsolved > 0).map(|(set, outcome)| {
-        format!("{} steps of the predictions of {} were not solved: their errors are doubtful", outcome.unsolved, set.name)
+        format!(
+            "{} steps of the predictions of {} were not solved: their errors are doubtful",
+            outcome.unsolved, set.name
+        )
     });
     let stopped = file.stopped.then(|| "the search was stopped before its end".to_owned());
     stopped.into_iter().chain(at_bound).chain(unsolved).collect()

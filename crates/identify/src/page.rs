@@ -182,7 +182,12 @@ pub fn write<Q: Quantity>(
                 title: "Predictions".into(),
                 blocks: vec![
                     figure("time", "Over time", "Mean over recordings and free markers.", over_time),
-                    figure("markers", "By marker", "Mean over recordings and frames, of the markers that are not given.", by_marker),
+                    figure(
+                        "markers",
+                        "By marker",
+                        "Mean over recordings and frames, of the markers that are not given.",
+                        by_marker,
+                    ),
                     Block::Table(errors),
                 ],
             },

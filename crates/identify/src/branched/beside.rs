@@ -23,9 +23,8 @@ pub(super) fn averaged(
     usual: f64,
 ) -> Result<Numbers, SpecimenError> {
     let pairs: Vec<(&BranchedCable, &Recording)> = specimens.iter().zip(recordings.iter().copied()).collect();
-    let in_time = |a: &(&BranchedCable, &Recording), b: &(&BranchedCable, &Recording)| {
-        are_in_time(a.0.time(), b.0.time())
-    };
+    let in_time =
+        |a: &(&BranchedCable, &Recording), b: &(&BranchedCable, &Recording)| are_in_time(a.0.time(), b.0.time());
     let groups: Vec<_> = pairs.chunk_by(in_time).flat_map(|group| group.chunks(TOGETHER)).collect();
     let means: Result<Vec<Vec<Vec<Vector3<f64>>>>, _> =
         groups.into_par_iter().map(|group| of_group(group, numbers, steps)).collect();

@@ -44,7 +44,8 @@ impl BranchedCable {
         let shape = Shape { parent, twigs: Twig::all(&frames, tree, parts) };
         let (places, free): (_, Vec<usize>) = (shape.places(), tree.free().collect());
         let between = tree.between();
-        let segment = |marker| free.iter().zip(&places).find(|(own, _)| **own == marker).map(|(_, place)| place.segment);
+        let segment =
+            |marker| free.iter().zip(&places).find(|(own, _)| **own == marker).map(|(_, place)| place.segment);
         let goes_with = |&marker: &usize| {
             let on_parent = tree.on_parent(marker);
             segment(on_parent).filter(|_| between.contains(&on_parent)).map(|segment| (on_parent, segment))

@@ -104,7 +104,8 @@ impl Quantity for Number {
             Self::BranchMass(_) => Some(0.5),
             Self::Side(_) => Some(0.5),
             Self::Beside { .. } => Some(0.02),
-            Self::Curvature(_) | Self::Seen(_) => None,
+            Self::Curvature(_) => Some(2.0),
+            Self::Seen(_) => None,
         }
     }
 }

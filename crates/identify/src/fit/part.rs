@@ -70,11 +70,13 @@ impl<'a, S: Specimen> Part<'a, S> {
         numbers
     }
 
-    /// Changes what is held and follows from runs with the numbers of these coordinates. Returns whether there is such.
-    pub(super) fn average(&mut self, x: &DVector<f64>) -> Result<bool, SpecimenError> {
+    /// Changes what is held and follows from runs with the numbers of these coordinates.
+    pub(super) fn average(&mut self, x: &DVector<f64>) -> Result<(), SpecimenError> {
         let Search { steps, .. } = *self.search;
-        let averaged = S::averaged(&self.specimens, &self.recordings, &self.numbers(x), steps, self.usual)?;
-        Ok(averaged.map(|held| self.held = held).is_some())
+        if let Some(held) = S::averaged(&self.specimens, &self.recordings, &self.numbers(x), steps, self.usual)? {
+            self.held = held;
+        }
+        Ok(())
     }
 
     /// What is held.

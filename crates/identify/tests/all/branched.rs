@@ -206,11 +206,7 @@ fn a_branch_on_a_branch_is_found_and_identified_back() {
     model.validate(&state).unwrap();
     assert_eq!(model.rods(), 3);
     let found = fit(&recordings, &cables, &tree.start(&cables), &tree.search(), &mut |_| true).unwrap().parameters;
-    for number in [
-        Number::Parent(Parameter::Bending),
-        Number::BranchMass(0),
-        Number::BranchMass(1),
-    ] {
+    for number in [Number::Parent(Parameter::Bending), Number::BranchMass(0), Number::BranchMass(1)] {
         let error = found[number] / truth[number] - 1.0;
         assert!(error.abs() < 0.1, "{number}: {} for {}", found[number], truth[number]);
     }
@@ -287,13 +283,21 @@ fn markers_beside_the_rod_are_found() {
         // The frames in which they lie beside it are those of rods that were drawn a little otherwise.
         assert!((here - recordings[0].markers[0][marker]).norm() < 2e-4, "marker {marker}");
     }
-    // Where markers lie and all else is found in turns: that takes more of them than the usual search, which stops before.
-    let mut search = tree().search();
-    search.stages.last_mut().unwrap().iterations = 40;
-    let found = fit(&recordings, &cables, &tree().start(&cables), &search, &mut |_| true).unwrap().parameters;
-    assert!((found[beside] / truth[beside] - 1.0).abs() < 0.25, "{} m for {} m", found[beside], truth[beside]);
-    let other = Number::Beside { axis: 0, marker: 5 };
-    assert!(found[other].abs() < 0.002, "{} m for none", found[other]);
+    // All else is known. A rod that is drawn lower is longer and hangs lower, so that a shift of all markers is told by what is expected
+    // of them alone; that of one against its neighbours is seen. A run remembers its first shape, so that a mean is a part of the way.
+    let each: Vec<_> = recordings.iter().collect();
+    let against_neighbours = |usual: f64| {
+        let mut found = truth.clone();
+        found[beside] = 0.0;
+        for _ in 0..20 {
+            found = BranchedCable::averaged(&cables, &each, &found, 1, usual).unwrap().unwrap();
+        }
+        let at = |marker| found[Number::Beside { axis: 0, marker }];
+        at(3) - 0.5 * (at(2) + at(4))
+    };
+    let [free, expected] = [0.0, 0.02].map(against_neighbours);
+    assert!((free / truth[beside] - 1.0).abs() < 0.1, "{free} m for {} m", truth[beside]);
+    assert!(0.0 < expected && expected < free, "{expected} m, and without anything expected {free} m");
 }
 
 #[test]
@@ -309,7 +313,8 @@ fn grips_that_do_not_fit_are_refused() {
         (&csv, "2,-2,-1", "not of a cable with branches"),
     ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_identify"));
-        let output = command.arg(file).args(["--grips", grips, "--out"]).arg(folder.path().join("no")).output().unwrap();
+        let output =
+            command.arg(file).args(["--grips", grips, "--out"]).arg(folder.path().join("no")).output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{grips}: {said}");
         assert!(said.contains(part), "{grips}: {said}");
@@ -329,7 +334,8 @@ fn recordings_are_played_beside_predictions() {
         (number.to_string(), json!({ "value": truth()[*number], "unit": number.unit(), "interval": null }))
     };
     let seen = (0..2).map(Number::Seen);
-    let numbers: serde_json::Map<String, Value> = Number::all(&tree()).into_iter().chain(seen).map(|number| value(&number)).collect();
+    let numbers: serde_json::Map<String, Value> =
+        Number::all(&tree()).into_iter().chain(seen).map(|number| value(&number)).collect();
     let earlier = json!({
         "kind": "cable with branches", "parameters": numbers, "free": [], "segments": PARTS, "steps": 1, "huber_m": 0.005,
         "stages": [], "rods": tree().ways(), "recordings": [], "rate_per_s": 100.0, "unit_m": 1.0, "stopped": false,
