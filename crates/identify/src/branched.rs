@@ -7,7 +7,7 @@ mod beside;
 mod model;
 mod number;
 pub mod scene;
-mod shape;
+mod specimen;
 mod tree;
 mod twig;
 

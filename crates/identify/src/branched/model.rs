@@ -1,34 +1,32 @@
 //! What is known of a cable with branches.
 
+use std::f64::consts::{PI, TAU};
+
 use cosserat::motion::KeyframeError;
 use cosserat::state::{Model, State};
 use nalgebra::Vector3;
 
-use super::shape::Shape;
-use super::twig::Twig;
+use super::twig::{At, Twig};
 use super::{Numbers, Tree};
-use crate::cable::{Cable, Place};
+use crate::cable::{Cable, Place, turn};
+use crate::parameter::{Parameter, Parameters};
 use crate::recording::Recording;
-use crate::specimen::{Specimen, SpecimenError};
-
-/// How often the rods are drawn anew beside the markers: the frames in which these lie beside them turn a little each time.
-const DRAWN: usize = 2;
 
 /// What a prediction may know of a recording: its first two frames, and its grips over all time.
 #[derive(Clone, Debug)]
 pub struct BranchedCable {
     /// Its rods, were they to go through the markers.
-    shape: Shape,
+    pub(super) shape: Shape,
     /// Markers in the first two frames [m].
     frames: [Vec<Vector3<f64>>; 2],
     tree: Tree,
     /// Segments between two markers.
     parts: usize,
     /// Where the markers lie that are predicted.
-    places: Vec<Place>,
+    pub(super) places: Vec<Place>,
     /// With which marker of the parent each of them goes beside the rod, and in the frame of which segment.
-    beside: Vec<Option<(usize, usize)>>,
-    free: Vec<usize>,
+    pub(super) beside: Vec<Option<(usize, usize)>>,
+    pub(super) free: Vec<usize>,
 }
 
 impl BranchedCable {
@@ -66,7 +64,8 @@ impl BranchedCable {
         if numbers.beside.iter().all(|beside| *beside == Vector3::zeros()) {
             return shape;
         }
-        for _ in 0..DRAWN {
+        // Twice, as the frames in which markers lie beside rods turn a little when these are drawn anew.
+        for _ in 0..2 {
             let (_, state) = shape.assembled(numbers);
             let mut frames = self.frames.clone();
             for (&marker, beside) in self.free.iter().zip(&self.beside) {
@@ -102,37 +101,115 @@ impl BranchedCable {
 }
 
 /// By how much a marker lies off its place on a rod in a state [m].
-fn off(beside: Option<(usize, usize)>, numbers: &Numbers, state: &State) -> Vector3<f64> {
+pub(super) fn off(beside: Option<(usize, usize)>, numbers: &Numbers, state: &State) -> Vector3<f64> {
     beside.map_or_else(Vector3::zeros, |(marker, segment)| state.orientations[segment] * numbers.beside[marker])
 }
 
-impl Specimen for BranchedCable {
-    type Numbers = Numbers;
+/// The rods of a cable in the first two frames.
+#[derive(Clone, Debug)]
+pub(super) struct Shape {
+    /// The parent between the grips.
+    pub(super) parent: Cable,
+    /// The rods with a free end: what of the parent lies before a grip in its middle, then the branches.
+    pub(super) twigs: Vec<Twig>,
+}
 
-    fn time(&self) -> &[f64] {
-        &self.shape.parent.time
+impl Shape {
+    /// What [`Numbers::seen`] are of this recording [rad]: the side on which the first branch of each junction leaves the parent in the
+    /// first frame, were the parent not twisted, as an angle about the parent's axis from its d1; and the twist between the grips.
+    pub(super) fn seen(&self) -> Vec<f64> {
+        let numbers = Parameters::default();
+        let (_, state) = self.parent.assembly(&numbers).finish();
+        let sides = self.at_junctions().map(|(segment, twig)| twig.side(&state, segment));
+        sides.chain([wrapped(self.parent.twist(&numbers))]).collect()
     }
 
-    fn free(&self) -> Vec<usize> {
-        self.free.clone()
+    /// The first twig of each junction of the parent, with the parent's segment there.
+    fn at_junctions(&self) -> impl Iterator<Item = (usize, &Twig)> {
+        let on_parent = self.twigs.iter().filter_map(|twig| match twig.at {
+            At::Parent { segment } => Some((segment, twig)),
+            At::Grip | At::Twig { .. } => None,
+        });
+        let mut twigs: Vec<(usize, &Twig)> = on_parent.collect();
+        twigs.sort_by_key(|(segment, _)| *segment);
+        twigs.dedup_by_key(|(segment, _)| *segment);
+        twigs.into_iter()
     }
 
-    fn model(&self, numbers: &Numbers) -> Result<(Model, State), SpecimenError> {
-        Ok(self.shape(numbers).assembled(numbers))
+    /// Gives the joints of the parent their rest shape.
+    fn bend(&self, model: &mut Model, numbers: &Numbers) {
+        let plane = numbers.plane();
+        let towards = Vector3::new(-plane.sin(), plane.cos(), 0.0);
+        let segments = self.segments();
+        let junctions: Vec<usize> = self.at_junctions().map(|(segment, _)| segment).collect();
+        let clamps = [(0, segments - 1), (segments, segments)];
+        for (node, joint) in clamps.into_iter().chain((1..segments).map(|node| (node, node - 1))) {
+            let span = junctions.iter().filter(|junction| **junction < node).count();
+            model.joints[joint].rest_darboux += towards * numbers.curvatures[span];
+        }
     }
 
-    fn markers(&self, numbers: &Numbers, model: &Model, state: &State) -> Vec<Vector3<f64>> {
-        let places = self.places.iter().zip(&self.beside);
-        places.map(|(place, beside)| place.at(model, state) + off(*beside, numbers, state)).collect()
+    /// Segments of the parent.
+    pub(super) fn segments(&self) -> usize {
+        self.parent.first_nodes().len() - 1
     }
 
-    fn averaged(
-        specimens: &[Self],
-        recordings: &[&Recording],
-        numbers: &Numbers,
-        steps: usize,
-        usual: f64,
-    ) -> Result<Option<Numbers>, SpecimenError> {
-        super::beside::averaged(specimens, recordings, numbers, steps, usual).map(Some)
+    /// By how much each segment of the parent is turned about its axis in the first frame [rad], as the branches show: at a junction
+    /// by the angle from the side on which a branch leaves at rest to that on which it is seen, and evenly between. Whole turns are those
+    /// with which angles are nearest to the mean of recordings. `drawn`: the parent's state without these turns.
+    pub(super) fn turns(&self, numbers: &Numbers, drawn: &State) -> Vec<f64> {
+        let mut turns = vec![(0.0, 0.0)];
+        // By how much this recording is off the mean.
+        let mut off = 0.0;
+        for (((segment, twig), &usual), &side) in self.at_junctions().zip(&numbers.seen).zip(&numbers.sides) {
+            off += wrapped(twig.side(drawn, segment) - usual - off);
+            turns.push((segment as f64 + 0.5, off - side));
+        }
+        let segments = self.segments();
+        let usual = numbers.seen.last().copied().unwrap_or_default() + numbers.parent[Parameter::Roll] + off;
+        turns.push((segments as f64, usual + wrapped(self.parent.twist(&numbers.parent) - usual)));
+        let at = |i: usize| {
+            let place = i as f64 + 0.5;
+            let pair = turns.windows(2).find(|pair| place < pair[1].0);
+            pair.map_or(0.0, |pair| {
+                let [(from, before), (to, after)] = [pair[0], pair[1]];
+                before + (after - before) * (place - from) / (to - from)
+            })
+        };
+        (0..segments).map(at).collect()
     }
+
+    /// The model with these numbers, and its state in the first frame.
+    ///
+    /// The parent begins with the twist that its branches show. Branches leave what they hang on at rest at the angle of the first
+    /// frame, and are at rest as they are in it, but for their weight.
+    pub(super) fn assembled(&self, numbers: &Numbers) -> (Model, State) {
+        let mut assembly = self.parent.assembly(&numbers.parent);
+        let turns = self.turns(numbers, assembly.state_mut());
+        turn(assembly.state_mut(), &turns);
+        self.bend(assembly.model_mut(), numbers);
+        Twig::add_all(&self.twigs, &mut assembly, numbers, &self.parent);
+        assembly.finish()
+    }
+
+    /// Where its markers lie that are not given, by the model's segments, in their order.
+    pub(super) fn places(&self) -> Vec<Place> {
+        let mut first = self.segments();
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        for twig in &self.twigs {
+            let own = twig.places.iter().map(|place| Place { segment: first + place.segment, ..*place });
+            match twig.at {
+                // From the grip to the end, against the parent's order.
+                At::Grip => before.extend(own.rev()),
+                At::Parent { .. } | At::Twig { .. } => after.extend(own),
+            }
+            first += twig.segments();
+        }
+        before.into_iter().chain(self.parent.places.iter().copied()).chain(after).collect()
+    }
+}
+
+/// The same angle [rad] from minus to plus half a turn.
+fn wrapped(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
 }

@@ -3,8 +3,6 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::GRIPPED;
-
 /// Which markers of a cable its two grips hold: those are given to a prediction over all time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Grips {
@@ -20,7 +18,7 @@ impl Grips {
     /// The marker at which the first grip holds the cable.
     pub fn first(self) -> usize {
         match self {
-            Self::Ends => GRIPPED - 1,
+            Self::Ends => 1,
             Self::Middle(marker) => marker,
         }
     }
@@ -28,10 +26,10 @@ impl Grips {
     /// The markers that are given, of a cable of so many.
     pub fn given(self, count: usize) -> Vec<usize> {
         let first = match self {
-            Self::Ends => 0..GRIPPED,
+            Self::Ends => 0..2,
             Self::Middle(marker) => marker..marker + 1,
         };
-        first.chain(count - GRIPPED..count).collect()
+        first.chain(count - 2..count).collect()
     }
 
     /// The markers that are not given, of a cable of so many.
@@ -45,7 +43,7 @@ impl Grips {
     /// # Errors
     /// With the number of markers and what is allowed.
     pub fn check(self, count: usize) -> Result<(), String> {
-        if self.first() + 2 + GRIPPED <= count {
+        if self.first() + 4 <= count {
             return Ok(());
         }
         Err(match self {
@@ -55,7 +53,7 @@ impl Grips {
             Self::Middle(marker) => format!(
                 "--grips {self}: a grip at marker {marker} of {count} on the parent, but it must be one of 1 to {}, so that a marker \
                  lies between the grips",
-                count.saturating_sub(GRIPPED + 2)
+                count.saturating_sub(4)
             ),
         })
     }

@@ -355,6 +355,18 @@ fn recordings_are_played_beside_predictions() {
         let page = fs::read_to_string(folder.path().join("out").join(name)).unwrap();
         assert!(page.contains("\"recording\"") && page.contains("\"prediction\""), "{name}");
     }
+    // What is doubtful is said first.
+    let mut doubtful = earlier.clone();
+    doubtful["free"] = json!(["inner-damping"]);
+    doubtful["parameters"]["inner-damping"]["value"] = json!(10.0);
+    fs::write(path("doubtful.json"), doubtful.to_string()).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_identify"));
+    command.args([&path("eval"), "--from", &path("doubtful.json"), "--out", &path("doubtful"), "--quiet"]);
+    let said = String::from_utf8(command.output().unwrap().stdout).unwrap();
+    assert!(said.starts_with("warning: ") && said.lines().next().unwrap().contains("ended at its bound"), "{said}");
+    assert!(said.contains("inner-damping ended at its bound"), "{said}");
+    let page = fs::read_to_string(folder.path().join("doubtful/index.html")).unwrap();
+    assert!(page.contains("inner-damping ended at its bound"));
     // What is of another cable is refused.
     for (change, part) in [
         (json!({ "rods": [(0..8).collect::<Vec<_>>(), vec![3, 8, 9, 10]] }), "other branches"),
