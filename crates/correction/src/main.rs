@@ -17,7 +17,7 @@ use identify::kind::{Clamped, Kind, Plain, Read};
 use identify::metric::mean_error;
 use identify::noodle::Noodle;
 use identify::predict::{Prediction, predict};
-use identify::recording::{Reading, Recording};
+use identify::recording::{Grips, Reading, Recording};
 use identify::result::CableFile;
 use report::significant;
 use terminal::{INTERRUPTED, Progress, complain, positive, say, threads};
@@ -87,7 +87,9 @@ fn main() -> ExitCode {
 
 /// Recordings of a kind of rod, each with what is known of it.
 fn read<K: Kind>(cli: &Cli, places: &[PathBuf], rod: &CableFile) -> Result<(K, Read<K::Specimen>)> {
-    let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+    let grips = rod.grips.parse::<Grips>();
+    let grips = grips.map_err(|message| anyhow!("the result: grips: {message}"))?;
+    let reading = Reading { rate: cli.rate, unit: cli.unit_m, grips };
     let (kind, [read, _]) = K::read([places, &[]], reading, rod.segments)?;
     read.bad.iter().for_each(|fault| complain(format_args!("{fault}")));
     if read.good.is_empty() {

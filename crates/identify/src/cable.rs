@@ -10,7 +10,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::parameter::{PLACES, Parameter, Parameters};
-use crate::recording::{GRIPPED, Recording};
+use crate::recording::{GRIPPED, Grips, Recording};
 use crate::specimen::Specimen;
 use crate::specimen::SpecimenError;
 use crate::spline;
@@ -55,6 +55,8 @@ pub struct Cable {
     begin: Begin,
     /// Ways of the grips, which hold the faces of the rod at their inner markers; that of the rod's start first.
     motions: [Arc<Motion>; 2],
+    /// By what the faces are turned in the grips, where they are not drawn through the markers.
+    turned: Option<[UnitQuaternion<f64>; 2]>,
     /// Times of the frames [s].
     pub(crate) time: Vec<f64>,
     /// Where its free markers lie.
@@ -91,35 +93,31 @@ impl Cable {
     /// # Errors
     /// If the markers of a grip make no motion, because a coordinate is not finite.
     pub fn new(recording: &Recording, parts: usize) -> Result<Self, KeyframeError> {
-        Self::with_junctions(recording, parts, &[])
+        Self::with_junctions(recording, parts, &[], Grips::Ends)
     }
 
-    /// The same, with a short segment about each of these markers in place of a node, so that something can be joined to it there
-    /// which turns as the cable does at the marker, and not as it does half a segment beside it.
+    /// The same, held by other grips, and with a short segment about each of these markers in place of a node, so that something can
+    /// be joined to it there which turns as the cable does at the marker, and not as it does half a segment beside it. A grip of one
+    /// marker keeps its direction. Nothing is made of what lies before the first grip.
     pub(crate) fn with_junctions(
         recording: &Recording,
         parts: usize,
         junctions: &[usize],
+        grips: Grips,
     ) -> Result<Self, KeyframeError> {
         let last = recording.count() - 1;
-        let nodes = [0, 1].map(|frame| nodes(&recording.markers[frame], parts, junctions));
-        let place = |marker: usize| {
-            let before = junctions.iter().filter(|junction| **junction < marker).count();
-            let segment = (marker + 1 - GRIPPED) * parts + before;
-            if junctions.contains(&marker) { Place { segment, share: 0.5 } } else { Place::end_of(segment - 1) }
-        };
-        let places = recording.free().map(place).collect();
+        let held = [grips.first(), last + 1 - GRIPPED];
+        let nodes = [0, 1].map(|frame| nodes(&recording.markers[frame], parts, junctions, held));
+        let places = (held[0] + 1..held[1]).map(|marker| place(marker, parts, junctions, held[0])).collect();
         let time = recording.time.clone();
         let begin = Begin { nodes, interval: time[1] };
-        let direction = |at: usize| spline::direction(&recording.markers[0], at);
-        let [drawn, _] = begin.faces();
-        let start = carry(&(drawn * Vector3::z()), &direction(GRIPPED - 1)) * drawn;
-        let end = end_frame(&direction(last + 1 - GRIPPED));
+        let [start, end] = angles(&begin, &recording.markers[0], held);
+        let outer = (grips == Grips::Ends).then_some(0);
         let motions = [
-            Arc::new(grip_motion(recording, [GRIPPED - 1, 0], start)?),
-            Arc::new(grip_motion(recording, [last + 1 - GRIPPED, last], end)?),
+            Arc::new(grip_motion(recording, held[0], outer, start)?),
+            Arc::new(grip_motion(recording, held[1], Some(last), end)?),
         ];
-        Ok(Self { begin, motions, time, places })
+        Ok(Self { begin, motions, turned: None, time, places })
     }
 
     /// By what the grips hold the faces turned in the first frame, from where they are drawn: rotation vectors [rad] in the axes of
@@ -131,6 +129,13 @@ impl Cable {
             let drawn = faces[end] * about_axis(angle);
             (drawn.inverse() * grips[end].at(0.0).pose.orientation).scaled_axis()
         })
+    }
+
+    /// The twist between the grips in the first frame [rad], but for whole turns.
+    pub(crate) fn twist(&self, parameters: &Parameters) -> f64 {
+        let [_, end] = self.begin.faces();
+        let held = end.inverse() * self.grips(parameters)[1].at(0.0).pose.orientation;
+        2.0 * held.k.atan2(held.w)
     }
 
     /// By how much each segment is turned about its axis in the first frame [rad]: the twist between the grips, evenly along the rod
@@ -152,7 +157,9 @@ impl Cable {
         let Sides { angle, .. } = sides(parameters);
         let held = |end: usize, angle: f64| {
             let whole = Carried::new(self.motions[end].clone());
-            Carried { grip: Pose { orientation: about_axis(angle), ..whole.grip }, ..whole }
+            let turn = about_axis(angle);
+            let orientation = self.turned.map_or(turn, |turned| turned[end] * turn);
+            Carried { grip: Pose { orientation, ..whole.grip }, ..whole }
         };
         [held(0, angle), held(1, angle + parameters[Parameter::Roll])]
     }
@@ -178,9 +185,33 @@ impl Cable {
         assembly
     }
 
+    /// The same cable in the same grips, as [`Cable::with_junctions`] makes it, where its markers in the first two frames are these, at
+    /// which the grips now hold it.
+    pub(crate) fn through(
+        &self,
+        frames: [&[Vector3<f64>]; 2],
+        parts: usize,
+        junctions: &[usize],
+        grips: Grips,
+    ) -> Self {
+        let held = [grips.first(), frames[0].len() - GRIPPED];
+        let begin = Begin {
+            nodes: frames.map(|markers| nodes(markers, parts, junctions, held)),
+            interval: self.begin.interval,
+        };
+        let angles = angles(&begin, frames[0], held);
+        let turned = [0, 1].map(|end| self.motions[end].at(0.0).pose.orientation.inverse() * angles[end]);
+        Self { begin, turned: Some(turned), ..self.clone() }
+    }
+
     /// Time from the first frame to the second [s].
     pub(crate) fn interval(&self) -> f64 {
         self.begin.interval
+    }
+
+    /// The way of the first grip.
+    pub(crate) fn first_motion(&self) -> &Arc<Motion> {
+        &self.motions[0]
     }
 
     /// Nodes of the rod in the first frame [m].
@@ -290,15 +321,28 @@ impl Begin {
     }
 }
 
+/// At which angles grips hold a rod that begins so: those of the curve through its markers in the first frame, at the markers where it is
+/// held.
+fn angles(begin: &Begin, markers: &[Vector3<f64>], held: [usize; 2]) -> [UnitQuaternion<f64>; 2] {
+    let [start, end] = held.map(|at| spline::direction(markers, at));
+    let [drawn, _] = begin.faces();
+    [carry(&(drawn * Vector3::z()), &start) * drawn, end_frame(&end)]
+}
+
 /// Half of the length of a segment about a junction, as a share of the others': one over this.
 const HALF_SHARE: usize = 4;
 
-/// Nodes of the curve through the markers of a frame, from the inner marker of one grip to that of the other, with so many parts
-/// between two markers. About each junction is a short segment, whose middle is the marker.
-fn nodes(markers: &[Vector3<f64>], parts: usize, junctions: &[usize]) -> Vec<Vector3<f64>> {
+/// Nodes of the curve through the markers of a frame, from one of them to another, with so many parts between two markers. About each
+/// junction, which is neither of these two, is a short segment, whose middle is the marker.
+pub(crate) fn nodes(
+    markers: &[Vector3<f64>],
+    parts: usize,
+    junctions: &[usize],
+    [first, last]: [usize; 2],
+) -> Vec<Vector3<f64>> {
     let fine = spline::through(markers, HALF_SHARE * parts);
     let mut nodes = Vec::new();
-    for k in parts * (GRIPPED - 1)..=parts * (markers.len() - GRIPPED) {
+    for k in parts * first..=parts * last {
         let (at, marker) = (HALF_SHARE * k, k / parts);
         if k % parts == 0 && junctions.contains(&marker) {
             let [before, after] = [fine[at - 1], fine[at + 1]];
@@ -309,6 +353,13 @@ fn nodes(markers: &[Vector3<f64>], parts: usize, junctions: &[usize]) -> Vec<Vec
         }
     }
     nodes
+}
+
+/// Where a marker lies on the rod of such nodes that begins at the marker `first`.
+pub(crate) fn place(marker: usize, parts: usize, junctions: &[usize], first: usize) -> Place {
+    let before = junctions.iter().filter(|junction| **junction < marker).count();
+    let segment = (marker - first) * parts + before;
+    if junctions.contains(&marker) { Place { segment, share: 0.5 } } else { Place::end_of(segment - 1) }
 }
 
 /// Gives the segments of a rod, from `first` on, the velocities from its nodes in one frame to those in the next.
@@ -356,14 +407,18 @@ pub(crate) fn springs(parameters: &Parameters) -> Springs {
 }
 
 /// The way of a grip: that of its inner marker, turned from its `first` orientation as the smallest rotation from the vertical to
-/// the direction to the outer marker turns. It goes on a frame at either end, so that it is as fast in the first and the last
-/// frame as beside them.
+/// the direction to the outer marker turns, if there is one. It goes on a frame at either end, so that it is as fast in the first and
+/// the last frame as beside them.
 fn grip_motion(
     recording: &Recording,
-    [inner, outer]: [usize; 2],
+    inner: usize,
+    outer: Option<usize>,
     first: UnitQuaternion<f64>,
 ) -> Result<Motion, KeyframeError> {
-    let heading = |markers: &[Vector3<f64>]| carry(&Vector3::z(), &(markers[outer] - markers[inner]).normalize());
+    let heading = |markers: &[Vector3<f64>]| match outer {
+        Some(outer) => carry(&Vector3::z(), &(markers[outer] - markers[inner]).normalize()),
+        None => UnitQuaternion::identity(),
+    };
     let held = heading(&recording.markers[0]).inverse() * first;
     let mut poses = Vec::with_capacity(recording.frames() + 2);
     for (time, markers) in recording.time.iter().zip(&recording.markers) {

@@ -174,10 +174,20 @@ impl<'a, S: Specimen> Way<'a, S> {
         watch: &mut dyn FnMut(&Iteration) -> bool,
     ) -> Result<(), SpecimenError> {
         for stage in stages {
+            let held = self.parts[self.stage].held().clone();
             self.stage = stage;
+            self.parts[stage].hold(&held);
+            // Means over frames need all of them.
+            let is_whole = self.search.stages[stage].frames.is_none();
             self.parts[stage].weigh(&self.least.x)?;
+            if is_whole {
+                self.parts[stage].average(&self.least.x)?;
+            }
             for iteration in 1..=self.search.stages[stage].iterations {
                 let step = self.least.step(&mut self.parts[stage])?;
+                if is_whole {
+                    self.parts[stage].average(&self.least.x)?;
+                }
                 self.loss = step.loss;
                 let loss = step.loss / step.count as f64;
                 self.stopped = !watch(&Iteration { stage, done: *done + iteration, loss });
@@ -212,6 +222,8 @@ impl<'a, S: Specimen> Way<'a, S> {
         let part = &self.parts[self.stage];
         let runs = part.runs(&self.numbers())?;
         finer.usual = part.usual;
+        finer.hold(part.held());
+        finer.average(&self.least.x)?;
         let mut chord = Chord::new(finer, runs);
         for iteration in 1..=self.search.finer {
             let step = self.least.step(&mut chord)?;

@@ -15,7 +15,7 @@ use identify::page::{self, Predicted, Shown};
 use identify::playback::play;
 use identify::predict::{Prediction, predict};
 use identify::quantity::Quantity;
-use identify::recording::{Reading, Recording};
+use identify::recording::{Grips, Reading, Recording};
 use identify::result::CableFile;
 use identify::specimen::{Numbers, Specimen};
 use report::{Conditions, significant};
@@ -38,6 +38,10 @@ struct Outcome {
     predictions: Vec<Prediction>,
     /// Errors of each recording by their names [m].
     errors: Vec<Vec<(String, f64)>>,
+    /// Steps that were not solved.
+    unsolved: usize,
+    /// Time that predicting took [s].
+    seconds: f64,
 }
 
 impl<S: Specimen> Set<S> {
@@ -67,7 +71,7 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
         segments: cli.segments.map_or(usual.segments, usize::from),
         steps: cli.steps.map_or(usual.steps, usize::from),
     };
-    let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+    let reading = reading(cli, earlier.as_ref())?;
     let (kind, [train, eval]) = K::read([&cli.recordings, &cli.eval], reading, resolution.segments)?;
     let train = Set::new("train", train, &cli.recordings)?;
     let eval = Set::new("eval", eval, &cli.eval)?;
@@ -85,9 +89,18 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
             bail!("there are no recordings to identify on; --from FILE predicts with what is known")
         }
     };
-    say!("{}", page::lines(&known))?;
     let sets: Vec<Set<K::Specimen>> = train.into_iter().chain(eval).collect();
-    let (code, outcomes) = write(cli, &kind, &sets, file, &numbers, &known, resolution)?;
+    let outcomes =
+        sets.iter().map(|set| predicted(&kind, set, &numbers, resolution.steps)).collect::<Result<Vec<Outcome>>>()?;
+    let warnings = warnings(&file, &known, &sets, &outcomes);
+    // What makes the rest doubtful comes first.
+    warnings.iter().try_for_each(|warning| say!("warning: {warning}"))?;
+    say!("{}", page::lines(&known))?;
+    for (set, outcome) in sets.iter().zip(&outcomes) {
+        tell(&kind, set, outcome)?;
+    }
+    let file = CableFile { warnings, ..file };
+    let code = write(cli, &kind, &sets, &outcomes, file, &numbers, &known, resolution)?;
     if let Some(times) = cli.refine {
         let Resolution { segments, steps } = resolution;
         let times = usize::from(times);
@@ -105,6 +118,18 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
         }
     }
     Ok(code)
+}
+
+/// How files are read: as the command line says, else with the grips of an earlier result.
+fn reading(cli: &Cli, earlier: Option<&CableFile>) -> Result<Reading> {
+    let known = earlier.map(|file| file.grips.parse::<Grips>().map_err(|message| anyhow!("--from: grips: {message}")));
+    let known = known.transpose()?;
+    if let (Some(told), Some(known)) = (cli.grips, known)
+        && told != known
+    {
+        bail!("--grips {told}: the result of --from is of grips at {known}");
+    }
+    Ok(Reading { rate: cli.rate, unit: cli.unit_m, grips: cli.grips.or(known).unwrap_or_default() })
 }
 
 /// Refuses the result of another kind of recordings, and of a cable with other branches.
@@ -147,11 +172,15 @@ fn search<K: Kind>(
     start: &mut <K::Specimen as Specimen>::Numbers,
 ) -> Result<Search<Of<K::Specimen>>> {
     let mut search = kind.search();
+    let later = search.later.len();
     for name in &cli.free {
         let one = || start.named(name).map(|quantity| vec![quantity]);
         let group = start.groups().into_iter().find(|(own, _)| own == name).map(|(_, own)| own);
         let quantities = group.map_or_else(one, Ok).map_err(|message| anyhow!("--free {message}"))?;
         for quantity in quantities {
+            if search.free.contains(&quantity) {
+                continue;
+            }
             // What something is expected of comes later, whichever list fits better.
             let lists: Vec<_> = match quantity.prior() {
                 Some(_) => vec![&mut search.later],
@@ -163,7 +192,7 @@ fn search<K: Kind>(
             }
         }
     }
-    if let (false, Some(last)) = (search.later.is_empty(), search.stages.last_mut()) {
+    if let (true, Some(last)) = (search.later.len() > later, search.stages.last_mut()) {
         // More numbers take longer to find.
         last.iterations = last.iterations.max(WITH_LATER);
     }
@@ -196,7 +225,7 @@ fn identified<K: Kind>(
 ) -> Result<Identified<K::Specimen>> {
     let searched = K::SEARCH.min(resolution);
     let mut search = Search { steps: searched.steps, ..search(cli, kind, &mut start)? };
-    let reading = Reading { rate: cli.rate, unit: cli.unit_m };
+    let reading = reading(cli, None)?;
     let mut coarser: Option<Vec<K::Specimen>> = None;
     if searched == resolution {
         search.finer = 0;
@@ -238,7 +267,7 @@ fn identified<K: Kind>(
     Ok((file, fit.parameters, known))
 }
 
-/// Predicts a set and tells how far off it is.
+/// Predicts a set.
 fn predicted<K: Kind>(
     kind: &K,
     set: &Set<K::Specimen>,
@@ -248,12 +277,47 @@ fn predicted<K: Kind>(
     let began = Instant::now();
     let predictions = predict(&set.specimens, numbers, usize::MAX, steps)?;
     let seconds = began.elapsed().as_secs_f64();
-    let recorded: f64 = set.recordings.iter().filter_map(|recording| recording.time.last()).sum();
     let each = set.recordings.iter().zip(&predictions);
     let errors: Vec<_> = each.map(|(recording, prediction)| kind.errors(recording, prediction)).collect();
-    let unsolved: usize = predictions.iter().map(|prediction| prediction.unsolved).sum();
+    let unsolved = predictions.iter().map(|prediction| prediction.unsolved).sum();
+    Ok(Outcome { predictions, errors, unsolved, seconds })
+}
+
+/// What makes a result doubtful: parameters at their bounds, and steps that were not solved.
+fn warnings<S: Specimen>(
+    file: &CableFile,
+    known: &[Known<Of<S>>],
+    sets: &[Set<S>],
+    outcomes: &[Outcome],
+) -> Vec<String> {
+    let is_free = |known: &&Known<Of<S>>| file.free.contains(&known.parameter.to_string());
+    let at_bound = known.iter().filter(is_free).filter(|known| known.parameter.is_at_bound(known.value)).map(|known| {
+        let [least, most] = known.parameter.bounds();
+        format!(
+            "{} ended at its bound, {} of {} to {} {}: the recordings do not determine it",
+            known.parameter,
+            significant(known.value, 3),
+            significant(least, 3),
+            significant(most, 3),
+            known.parameter.unit()
+        )
+    });
+    let unsolved = sets.iter().zip(outcomes).filter(|(_, outcome)| outcome.unsolved > 0).map(|(set, outcome)| {
+        format!(
+            "{} steps of the predictions of {} were not solved: their errors are doubtful",
+            outcome.unsolved, set.name
+        )
+    });
+    let stopped = file.stopped.then(|| "the search was stopped before its end".to_owned());
+    stopped.into_iter().chain(at_bound).chain(unsolved).collect()
+}
+
+/// Tells how far off the predictions of a set are.
+fn tell<K: Kind>(kind: &K, set: &Set<K::Specimen>, outcome: &Outcome) -> Result<()> {
+    let Outcome { predictions, errors, unsolved, seconds } = outcome;
+    let recorded: f64 = set.recordings.iter().filter_map(|recording| recording.time.last()).sum();
     let speed = significant(recorded / seconds, 2);
-    let unsolved = if unsolved > 0 { format!("; {unsolved} steps were not solved") } else { String::new() };
+    let unsolved = if *unsolved > 0 { format!("; {unsolved} steps were not solved") } else { String::new() };
     say!("{}: {} recordings, predicted at {speed} times real time{unsolved}; errors [cm]:", set.name, errors.len())?;
     for (k, (name, _)) in errors.iter().flatten().take(errors[0].len()).enumerate() {
         let mut sorted: Vec<f64> = errors.iter().map(|own| own[k].1).collect();
@@ -263,40 +327,42 @@ fn predicted<K: Kind>(
             [mean, sorted[sorted.len() / 2], sorted[sorted.len() - 1]].map(|error| significant(100.0 * error, 3));
         say!("  {name}: mean {mean}, median {median}, worst {worst}")?;
     }
-    Ok(Outcome { predictions, errors })
+    for (name, error) in kind.errors_over_all(&set.recordings, predictions) {
+        say!("  {name}: {}", significant(100.0 * error, 3))?;
+    }
+    Ok(())
 }
 
-/// Predicts all sets, and writes what came of it.
+/// Writes what came of predictions.
+#[expect(clippy::too_many_arguments)]
 fn write<K: Kind>(
     cli: &Cli,
     kind: &K,
     sets: &[Set<K::Specimen>],
+    outcomes: &[Outcome],
     mut file: CableFile,
     numbers: &<K::Specimen as Specimen>::Numbers,
     known: &[Known<Of<K::Specimen>>],
     Resolution { segments, steps }: Resolution,
-) -> Result<(ExitCode, Vec<Outcome>)> {
+) -> Result<ExitCode> {
     let mut conditions = Conditions::new("method", "newton, bdf2")
         .with("resolution", format!("--segments {segments}, {steps} steps a frame"));
     if file.stopped {
         conditions = conditions.with("search", "stopped before its end");
     }
-    let mut outcomes = Vec::new();
     file.errors_m.clear();
-    for set in sets {
-        let outcome = predicted(kind, set, numbers, steps)?;
+    for (set, outcome) in sets.iter().zip(outcomes) {
         conditions = conditions.with(set.name, format!("{} recordings", set.recordings.len()));
         for (recording, errors) in set.recordings.iter().zip(&outcome.errors) {
             let errors: BTreeMap<String, f64> = errors.iter().cloned().collect();
             file.errors_m.insert(recording.path.display().to_string(), errors);
         }
-        outcomes.push(outcome);
     }
     file.write(&cli.out.join("result.json"))?;
     let free = sets.first().and_then(|set| set.specimens.first()).map_or_else(Vec::new, Specimen::free);
     let shown: Vec<Shown<'_>> = sets
         .iter()
-        .zip(&outcomes)
+        .zip(outcomes)
         .map(|(set, outcome)| Shown {
             predicted: Predicted {
                 name: set.name,
@@ -307,7 +373,7 @@ fn write<K: Kind>(
             errors: &outcome.errors,
         })
         .collect();
-    let page = page::write(&cli.out, known, &shown, &conditions)?;
+    let page = page::write(&cli.out, &file.warnings, known, &shown, &conditions)?;
     // What is played and written as a scene is of the last set: that to predict, if there is one.
     if let (Some(set), Some(outcome)) = (sets.last(), outcomes.last()) {
         let mut order: Vec<usize> = (0..outcome.errors.len()).collect();
@@ -324,5 +390,5 @@ fn write<K: Kind>(
     }
     say!("page: {}", page.display())?;
     let stopped = file.stopped && cli.from.is_none();
-    Ok((if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS }, outcomes))
+    Ok(if stopped { ExitCode::from(terminal::INTERRUPTED) } else { ExitCode::SUCCESS })
 }

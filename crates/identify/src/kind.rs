@@ -48,6 +48,11 @@ pub trait Kind: Sized {
     /// Errors of a prediction by their names [m], the one by which recordings are ranked first.
     fn errors(&self, recording: &Recording, prediction: &Prediction) -> Vec<(String, f64)>;
 
+    /// Errors over all recordings of a set by their names [m], where they are no means of those of each.
+    fn errors_over_all(&self, _recordings: &[Recording], _predictions: &[Prediction]) -> Vec<(String, f64)> {
+        Vec::new()
+    }
+
     /// Writes a recording as a scene that `simulate` runs, and returns the scene's path.
     ///
     /// # Errors

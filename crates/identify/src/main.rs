@@ -8,7 +8,7 @@ use clap::{Parser, Subcommand};
 use identify::branched::Tree;
 use identify::kind::{Clamped, Plain};
 use identify::noodle::is_noodle;
-use identify::recording::{files, is_flat};
+use identify::recording::{Grips, files, is_flat};
 use terminal::{complain, positive, threads};
 
 mod hanging_command;
@@ -50,6 +50,10 @@ struct Cli {
     /// Unit of length of the files [m]: 0.001 for millimetres.
     #[arg(long, default_value = "1", value_parser = positive)]
     unit_m: f64,
+    /// The markers of the parent of a cable with branches that are held and given: 0,1,-2,-1 (default), or M,-2,-1 where the first grip
+    /// holds it at marker M.
+    #[arg(long, value_name = "MARKERS", allow_hyphen_values = true)]
+    grips: Option<Grips>,
     /// Holds a parameter at a value, as in twist=0.7, instead of searching for it.
     #[arg(long, value_name = "NAME=VALUE")]
     hold: Vec<String>,
@@ -90,6 +94,10 @@ fn run(cli: &Cli) -> Result<ExitCode> {
     // The first says of which kind all are; another kind is told where it is read.
     match files(&places)?.first() {
         None => bail!("there are no recordings: name files, or folders of files that end in .pkl or .csv"),
+        Some(path) if cli.grips.is_some() && !is_flat(path) => bail!(
+            "--grips: {} is not of a cable with branches; of other cables the first two and the last two markers are held",
+            path.display()
+        ),
         Some(path) if is_noodle(path) => identification::run::<Clamped>(cli),
         Some(path) if is_flat(path) => identification::run::<Tree>(cli),
         Some(_) => identification::run::<Plain>(cli),

@@ -89,12 +89,13 @@ pub struct Shown<'a> {
     pub errors: &'a [Vec<(String, f64)>],
 }
 
-/// Writes `folder/index.html` with its tables and figures.
+/// Writes `folder/index.html` with its tables and figures, `warnings` first.
 ///
 /// # Errors
 /// If the system refuses.
 pub fn write<Q: Quantity>(
     folder: &Path,
+    warnings: &[String],
     known: &[Known<Q>],
     sets: &[Shown<'_>],
     conditions: &Conditions,
@@ -163,14 +164,16 @@ pub fn write<Q: Quantity>(
     };
     let over_time = chart("time [s]", &|set| set.over_time());
     let by_marker = chart("marker", &|set| set.by_marker());
-    let page = Page {
-        title: "What recordings tell of a cable".into(),
-        lead: vec![
+    let doubts = warnings.iter().map(|warning| format!("**Warning: {warning}.**"));
+    let lead = [
             "A prediction is one run from the first frame on: of a recording it knows the first two frames and how the grips \
              move, nothing else. Markers tell ratios to the mass alone, so that stiffness stands over mass per length."
                 .into(),
             "[The worst recording](worst.html) and [the one in the middle](median.html) play beside their predictions.".into(),
-        ],
+    ];
+    let page = Page {
+        title: "What recordings tell of a cable".into(),
+        lead: doubts.chain(lead).collect(),
         conditions: conditions.clone(),
         sections: vec![
             Section { id: "cable".into(), title: "Parameters".into(), blocks: vec![Block::Table(parameters)] },
@@ -179,7 +182,12 @@ pub fn write<Q: Quantity>(
                 title: "Predictions".into(),
                 blocks: vec![
                     figure("time", "Over time", "Mean over recordings and free markers.", over_time),
-                    figure("markers", "By marker", "Mean over recordings and frames, of the markers that are not given.", by_marker),
+                    figure(
+                        "markers",
+                        "By marker",
+                        "Mean over recordings and frames, of the markers that are not given.",
+                        by_marker,
+                    ),
                     Block::Table(errors),
                 ],
             },

@@ -9,6 +9,7 @@ use thiserror::Error;
 mod check;
 mod flat;
 mod grid;
+mod grips;
 mod pickle;
 mod read;
 mod reading;
@@ -18,6 +19,7 @@ pub(crate) use check::{
     check_length, check_neighbours, drop_other_counts, drop_other_lengths, fill_grips, first_length, median,
 };
 pub use flat::{is_flat, read_flat};
+pub use grips::Grips;
 pub(crate) use read::each;
 pub use read::{files, read, read_all};
 pub use reading::Reading;

@@ -12,12 +12,15 @@ use crate::confidence::Known;
 use crate::fit::{Search, Stage};
 use crate::parameter::Parameters;
 use crate::quantity::Quantity;
-use crate::recording::Reading;
+use crate::recording::{Grips, Reading};
 use crate::specimen::Numbers;
 
 /// All that is needed to predict with what was identified, and to repeat its identification.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct CableFile {
+    /// What makes the result doubtful.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// What it is: a cable, a cable with branches, a noodle.
     pub kind: String,
     /// The parameters by their names.
@@ -43,6 +46,9 @@ pub struct CableFile {
     pub rate_per_s: f64,
     /// Unit of length of the files [m].
     pub unit_m: f64,
+    /// The markers that grips hold, of a cable with branches those of the parent ([`Grips`]).
+    #[serde(default = "ends")]
+    pub grips: String,
     /// Whether the search was stopped before its end.
     pub stopped: bool,
     /// Time of the search [s].
@@ -62,6 +68,11 @@ pub struct Value {
     pub interval: Option<[f64; 2]>,
 }
 
+/// The usual grips.
+fn ends() -> String {
+    Grips::Ends.to_string()
+}
+
 impl CableFile {
     /// What is to be written of a search, and of how finely it was searched for and is predicted.
     pub fn new<Q: Quantity>(
@@ -71,6 +82,7 @@ impl CableFile {
         reading: Reading,
     ) -> Self {
         Self {
+            warnings: Vec::new(),
             kind: kind.to_owned(),
             parameters: BTreeMap::new(),
             free: Vec::new(),
@@ -83,6 +95,7 @@ impl CableFile {
             recordings: Vec::new(),
             rate_per_s: reading.rate,
             unit_m: reading.unit,
+            grips: reading.grips.to_string(),
             stopped: false,
             seconds: 0.0,
             errors_m: BTreeMap::new(),

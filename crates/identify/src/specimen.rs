@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::quantity::Quantity;
+use crate::recording::Recording;
 
 /// Why a specimen cannot be predicted.
 #[derive(Debug, Error)]
@@ -86,6 +87,21 @@ pub trait Specimen: Clone + Send + Sync {
     /// # Errors
     /// If there is no state to begin with.
     fn model(&self, numbers: &Self::Numbers) -> Result<(Model, State), SpecimenError>;
+
+    /// The numbers with those changed that are not searched for but follow from runs of recordings with these, if there are such. `usual`: the
+    /// loss of a recording in the mean [m^2], for what is expected of them ([`Quantity::prior`]).
+    ///
+    /// # Errors
+    /// If a model is not valid.
+    fn averaged(
+        _specimens: &[Self],
+        _recordings: &[&Recording],
+        _numbers: &Self::Numbers,
+        _steps: usize,
+        _usual: f64,
+    ) -> Result<Option<Self::Numbers>, SpecimenError> {
+        Ok(None)
+    }
 
     /// The free markers in a state [m].
     fn markers(&self, numbers: &Self::Numbers, model: &Model, state: &State) -> Vec<Vector3<f64>>;

@@ -1,39 +1,32 @@
-//! The model of a cable with branches.
+//! What is known of a cable with branches.
 
 use std::f64::consts::{PI, TAU};
-use std::ops::Range;
 
-use cosserat::assembly::{Assembly, InnerDamping, Material, RestShape, RodSpec};
 use cosserat::motion::KeyframeError;
 use cosserat::state::{Model, State};
 use nalgebra::Vector3;
 
+use super::twig::{At, Twig};
 use super::{Numbers, Tree};
-use crate::cable::{Cable, DENSITY, Place, RADIUS, set_velocities, turn, youngs_modulus};
+use crate::cable::{Cable, Place, turn};
 use crate::parameter::{Parameter, Parameters};
-use crate::recording::{GRIPPED, Recording};
-use crate::specimen::Specimen;
-use crate::specimen::SpecimenError;
-use crate::spline;
+use crate::recording::Recording;
 
 /// What a prediction may know of a recording: its first two frames, and its grips over all time.
 #[derive(Clone, Debug)]
 pub struct BranchedCable {
-    pub(super) parent: Cable,
-    pub(super) twigs: Vec<Twig>,
-    /// Its markers that are predicted.
-    free: Vec<usize>,
-}
-
-/// How a branch begins.
-#[derive(Clone, Debug)]
-pub(super) struct Twig {
-    /// The parent's segment in whose middle it hangs.
-    pub(super) junction: usize,
+    /// Its rods, were they to go through the markers.
+    pub(super) shape: Shape,
+    /// Markers in the first two frames [m].
+    frames: [Vec<Vector3<f64>>; 2],
+    tree: Tree,
     /// Segments between two markers.
     parts: usize,
-    /// Its nodes [m] in the first two frames; the first is on the parent.
-    pub(super) nodes: [Vec<Vector3<f64>>; 2],
+    /// Where the markers lie that are predicted.
+    pub(super) places: Vec<Place>,
+    /// With which marker of the parent each of them goes beside the rod, and in the frame of which segment.
+    pub(super) beside: Vec<Option<(usize, usize)>>,
+    pub(super) free: Vec<usize>,
 }
 
 impl BranchedCable {
@@ -42,46 +35,117 @@ impl BranchedCable {
     /// # Errors
     /// If the markers of a grip make no motion, because a coordinate is not finite.
     pub fn new(recording: &Recording, tree: &Tree, parts: usize) -> Result<Self, KeyframeError> {
+        let frames = [0, 1].map(|frame| recording.markers[frame].clone());
         let of_parent = recording.markers.iter().map(|markers| markers[..tree.parent].to_vec()).collect();
         let parent = Recording { markers: of_parent, ..recording.clone() };
-        let mut junctions: Vec<usize> = tree.branches.iter().map(|branch| branch.junction).collect();
-        junctions.sort_unstable();
-        junctions.dedup();
-        let twig = |branch: &super::Branch| {
-            let nodes = [0, 1].map(|frame| {
-                let markers = &recording.markers[frame];
-                let points: Vec<_> = std::iter::once(markers[branch.junction])
-                    .chain(markers[branch.markers.clone()].iter().copied())
-                    .collect();
-                spline::through(&points, parts)
-            });
-            let before = junctions.iter().filter(|junction| **junction < branch.junction).count();
-            Twig { junction: (branch.junction + 1 - GRIPPED) * parts + before, parts, nodes }
+        let parent = Cable::with_junctions(&parent, parts, &tree.junctions(), tree.grips)?;
+        let shape = Shape { parent, twigs: Twig::all(&frames, tree, parts) };
+        let (places, free): (_, Vec<usize>) = (shape.places(), tree.free().collect());
+        let between = tree.between();
+        let segment =
+            |marker| free.iter().zip(&places).find(|(own, _)| **own == marker).map(|(_, place)| place.segment);
+        let goes_with = |&marker: &usize| {
+            let on_parent = tree.on_parent(marker);
+            segment(on_parent).filter(|_| between.contains(&on_parent)).map(|segment| (on_parent, segment))
         };
-        let twigs = tree.branches.iter().map(twig).collect();
-        Ok(Self { parent: Cable::with_junctions(&parent, parts, &junctions)?, twigs, free: tree.free().collect() })
+        let beside = free.iter().map(goes_with).collect();
+        Ok(Self { shape, frames, tree: tree.clone(), parts, places, beside, free })
     }
 
-    /// On which side of the parent each branch leaves it in the first frame, were the parent not twisted: angle about the parent's
-    /// axis from its d1 [rad].
-    pub fn sides(&self) -> Vec<f64> {
-        let (_, state) = self.parent.assembly(&Parameters::default()).finish();
-        self.twigs.iter().map(|twig| twig.side(&state)).collect()
+    /// What [`Numbers::seen`] are of this recording [rad]: the side on which the first branch of each junction leaves the parent in the
+    /// first frame, were the parent not twisted, as an angle about the parent's axis from its d1; and the twist between the grips.
+    pub fn seen(&self) -> Vec<f64> {
+        self.shape.seen()
+    }
+
+    /// Its rods, beside which the markers lie as the numbers say.
+    pub(super) fn shape(&self, numbers: &Numbers) -> Shape {
+        let mut shape = self.shape.clone();
+        if numbers.beside.iter().all(|beside| *beside == Vector3::zeros()) {
+            return shape;
+        }
+        // Twice, as the frames in which markers lie beside rods turn a little when these are drawn anew.
+        for _ in 0..2 {
+            let (_, state) = shape.assembled(numbers);
+            let mut frames = self.frames.clone();
+            for (&marker, beside) in self.free.iter().zip(&self.beside) {
+                let beside = off(*beside, numbers, &state);
+                frames.iter_mut().for_each(|markers| markers[marker] -= beside);
+            }
+            let on_parent = frames.each_ref().map(|markers| &markers[..self.tree.parent]);
+            let parent = self.shape.parent.through(on_parent, self.parts, &self.tree.junctions(), self.tree.grips);
+            shape = Shape { parent, twigs: Twig::all(&frames, &self.tree, self.parts) };
+        }
+        shape
+    }
+
+    /// Where the recorded markers of the parent between the grips lie from their places on the rod in a state, in the frames of its segments
+    /// [m].
+    pub(super) fn off<'a>(
+        &'a self,
+        markers: &'a [Vector3<f64>],
+        model: &'a Model,
+        state: &'a State,
+    ) -> impl Iterator<Item = Vector3<f64>> + 'a {
+        let between = self.tree.between();
+        let own = self.free.iter().zip(&self.places).filter(move |(marker, _)| between.contains(marker));
+        own.map(move |(&marker, place)| {
+            state.orientations[place.segment].inverse() * (markers[marker] - place.at(model, state))
+        })
+    }
+
+    /// Its cable.
+    pub(super) fn tree(&self) -> &Tree {
+        &self.tree
+    }
+}
+
+/// By how much a marker lies off its place on a rod in a state [m].
+pub(super) fn off(beside: Option<(usize, usize)>, numbers: &Numbers, state: &State) -> Vector3<f64> {
+    beside.map_or_else(Vector3::zeros, |(marker, segment)| state.orientations[segment] * numbers.beside[marker])
+}
+
+/// The rods of a cable in the first two frames.
+#[derive(Clone, Debug)]
+pub(super) struct Shape {
+    /// The parent between the grips.
+    pub(super) parent: Cable,
+    /// The rods with a free end: what of the parent lies before a grip in its middle, then the branches.
+    pub(super) twigs: Vec<Twig>,
+}
+
+impl Shape {
+    /// What [`Numbers::seen`] are of this recording [rad]: the side on which the first branch of each junction leaves the parent in the
+    /// first frame, were the parent not twisted, as an angle about the parent's axis from its d1; and the twist between the grips.
+    pub(super) fn seen(&self) -> Vec<f64> {
+        let numbers = Parameters::default();
+        let (_, state) = self.parent.assembly(&numbers).finish();
+        let sides = self.at_junctions().map(|(segment, twig)| twig.side(&state, segment));
+        sides.chain([wrapped(self.parent.twist(&numbers))]).collect()
+    }
+
+    /// The first twig of each junction of the parent, with the parent's segment there.
+    fn at_junctions(&self) -> impl Iterator<Item = (usize, &Twig)> {
+        let on_parent = self.twigs.iter().filter_map(|twig| match twig.at {
+            At::Parent { segment } => Some((segment, twig)),
+            At::Grip | At::Twig { .. } => None,
+        });
+        let mut twigs: Vec<(usize, &Twig)> = on_parent.collect();
+        twigs.sort_by_key(|(segment, _)| *segment);
+        twigs.dedup_by_key(|(segment, _)| *segment);
+        twigs.into_iter()
     }
 
     /// Gives the joints of the parent their rest shape.
     fn bend(&self, model: &mut Model, numbers: &Numbers) {
-        let towards = Vector3::new(-numbers.side.sin(), numbers.side.cos(), 0.0);
+        let plane = numbers.plane();
+        let towards = Vector3::new(-plane.sin(), plane.cos(), 0.0);
         let segments = self.segments();
+        let junctions: Vec<usize> = self.at_junctions().map(|(segment, _)| segment).collect();
         let clamps = [(0, segments - 1), (segments, segments)];
         for (node, joint) in clamps.into_iter().chain((1..segments).map(|node| (node, node - 1))) {
-            let span = self.twigs.iter().filter(|twig| twig.junction < node).count();
-            // Half of a kink at each end of the junction's segment.
-            let is_here = |twig: &Twig| twig.junction == node || twig.junction + 1 == node;
-            let kinks = self.twigs.iter().zip(&numbers.kinks).filter(|(twig, _)| is_here(twig));
-            let joint = &mut model.joints[joint];
-            let kink: f64 = kinks.map(|(_, kink)| 2.0 * (0.25 * kink).sin() / joint.length).sum();
-            joint.rest_darboux += towards * (numbers.curvatures[span] + kink);
+            let span = junctions.iter().filter(|junction| **junction < node).count();
+            model.joints[joint].rest_darboux += towards * numbers.curvatures[span];
         }
     }
 
@@ -90,21 +154,20 @@ impl BranchedCable {
         self.parent.first_nodes().len() - 1
     }
 
-    /// By how much each segment of the parent is turned about its axis in the first frame [rad], as the branches show: where one
-    /// hangs, by the angle from the side on which it leaves at rest to that on which it is seen, and evenly between. `drawn`: the parent's
-    /// state without these turns.
+    /// By how much each segment of the parent is turned about its axis in the first frame [rad], as the branches show: at a junction
+    /// by the angle from the side on which a branch leaves at rest to that on which it is seen, and evenly between. Whole turns are those
+    /// with which angles are nearest to the mean of recordings. `drawn`: the parent's state without these turns.
     pub(super) fn turns(&self, numbers: &Numbers, drawn: &State) -> Vec<f64> {
         let mut turns = vec![(0.0, 0.0)];
-        let mut seen = |place: f64, angle: f64| {
-            let (_, before): (f64, f64) = turns[turns.len() - 1];
-            turns.push((place, before + (angle - before + PI).rem_euclid(TAU) - PI));
-        };
-        let mut twigs: Vec<&Twig> = self.twigs.iter().collect();
-        twigs.sort_by_key(|twig| twig.junction);
-        twigs.dedup_by_key(|twig| twig.junction);
-        twigs.iter().for_each(|twig| seen(twig.junction as f64 + 0.5, twig.side(drawn) - numbers.side));
+        // By how much this recording is off the mean.
+        let mut off = 0.0;
+        for (((segment, twig), &usual), &side) in self.at_junctions().zip(&numbers.seen).zip(&numbers.sides) {
+            off += wrapped(twig.side(drawn, segment) - usual - off);
+            turns.push((segment as f64 + 0.5, off - side));
+        }
         let segments = self.segments();
-        seen(segments as f64, self.parent.held(&numbers.parent)[1].z);
+        let usual = numbers.seen.last().copied().unwrap_or_default() + numbers.parent[Parameter::Roll] + off;
+        turns.push((segments as f64, usual + wrapped(self.parent.twist(&numbers.parent) - usual)));
         let at = |i: usize| {
             let place = i as f64 + 0.5;
             let pair = turns.windows(2).find(|pair| place < pair[1].0);
@@ -118,105 +181,35 @@ impl BranchedCable {
 
     /// The model with these numbers, and its state in the first frame.
     ///
-    /// The parent begins with the twist that its branches show. Branches leave the parent at rest at the angle of the first frame, and
-    /// are at rest as they are in it, but for their weight.
+    /// The parent begins with the twist that its branches show. Branches leave what they hang on at rest at the angle of the first
+    /// frame, and are at rest as they are in it, but for their weight.
     pub(super) fn assembled(&self, numbers: &Numbers) -> (Model, State) {
         let mut assembly = self.parent.assembly(&numbers.parent);
         let turns = self.turns(numbers, assembly.state_mut());
         turn(assembly.state_mut(), &turns);
         self.bend(assembly.model_mut(), numbers);
-        for twig in &self.twigs {
-            self.add(&mut assembly, twig, numbers);
-        }
+        Twig::add_all(&self.twigs, &mut assembly, numbers, &self.parent);
         assembly.finish()
     }
 
-    /// Adds a branch.
-    fn add(&self, assembly: &mut Assembly, twig: &Twig, numbers: &Numbers) {
-        let tau = numbers.parent[Parameter::InnerDamping];
-        let rod = assembly.rod(&RodSpec {
-            inner_damping: InnerDamping { bending: tau, twist: tau, stretch: 0.0 },
-            rest: RestShape::Initial,
-            ..RodSpec::new(twig.nodes[0].clone(), RADIUS, twig.material(numbers))
-        });
-        assembly.branch(twig.junction, 0.5, &rod);
-        if let Some(joint) = assembly.model_mut().joints.last_mut() {
-            joint.measure_from_rest(1.0);
-            // It bends over the half of the branch's first segment; the parent's half is the parent's own.
-            joint.bend_compliance *= 0.5;
-            joint.twist_compliance *= 0.5;
-        }
-        self.balance(assembly, &rod);
-        set_velocities(assembly.state_mut(), rod.start, &twig.nodes, self.parent.interval());
-    }
-
-    /// Gives the joints of a branch, whose last joint is that to the parent, the rest shape with which it hangs as it is drawn under gravity.
-    fn balance(&self, assembly: &mut Assembly, rod: &Range<usize>) {
-        let State { positions, orientations, .. } = assembly.state_mut().clone();
-        let model = assembly.model_mut();
-        let count = model.joints.len();
-        let (mut weight, mut moment) = (Vector3::zeros(), Vector3::zeros());
-        let mut at = positions[rod.end - 1];
-        for segment in rod.clone().rev() {
-            let half = orientations[segment] * Vector3::z() * (0.5 * model.segments[segment].length);
-            let start = positions[segment] - half;
-            let own = model.gravity * model.segments[segment].mass();
-            // About the segment's start: of what hangs beyond it, and of itself.
-            moment += (at - start).cross(&weight) + half.cross(&own);
-            weight += own;
-            at = start;
-            let joint = if segment == rod.start { count - 1 } else { count - 1 - (rod.end - segment) };
-            let joint = &mut model.joints[joint];
-            let local = orientations[segment].inverse() * moment;
-            let soft = Vector3::new(joint.bend_compliance, joint.bend_compliance, joint.twist_compliance);
-            joint.rest_darboux -= local.component_mul(&soft) * joint.length;
-        }
-    }
-}
-
-impl Specimen for BranchedCable {
-    type Numbers = Numbers;
-
-    fn time(&self) -> &[f64] {
-        &self.parent.time
-    }
-
-    fn free(&self) -> Vec<usize> {
-        self.free.clone()
-    }
-
-    fn model(&self, numbers: &Numbers) -> Result<(Model, State), SpecimenError> {
-        Ok(self.assembled(numbers))
-    }
-
-    fn markers(&self, _: &Numbers, model: &Model, state: &State) -> Vec<Vector3<f64>> {
+    /// Where its markers lie that are not given, by the model's segments, in their order.
+    pub(super) fn places(&self) -> Vec<Place> {
         let mut first = self.segments();
-        let mut places = self.parent.places.clone();
+        let (mut before, mut after) = (Vec::new(), Vec::new());
         for twig in &self.twigs {
-            let segments = twig.nodes[0].len() - 1;
-            let nodes = (twig.parts..=segments).step_by(twig.parts);
-            places.extend(nodes.map(|node| Place::end_of(first + node - 1)));
-            first += segments;
+            let own = twig.places.iter().map(|place| Place { segment: first + place.segment, ..*place });
+            match twig.at {
+                // From the grip to the end, against the parent's order.
+                At::Grip => before.extend(own.rev()),
+                At::Parent { .. } | At::Twig { .. } => after.extend(own),
+            }
+            first += twig.segments();
         }
-        places.into_iter().map(|place| place.at(model, state)).collect()
+        before.into_iter().chain(self.parent.places.iter().copied()).chain(after).collect()
     }
 }
 
-impl Twig {
-    /// What it is made of.
-    pub(super) fn material(&self, numbers: &Numbers) -> Material {
-        let youngs_modulus = youngs_modulus(&numbers.parent) * numbers.branch_bending * numbers.branch_mass;
-        Material {
-            youngs_modulus,
-            torsion_modulus: 0.5 * numbers.parent[Parameter::Twist] * youngs_modulus,
-            density: DENSITY * numbers.branch_mass,
-        }
-    }
-
-    /// On which side of the parent's segment at the junction the branch begins: angle from d1 [rad].
-    fn side(&self, state: &State) -> f64 {
-        let begin = self.nodes[0][1] - self.nodes[0][0];
-        let local = state.orientations[self.junction].inverse() * begin;
-        local.y.atan2(local.x)
-    }
+/// The same angle [rad] from minus to plus half a turn.
+fn wrapped(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
 }

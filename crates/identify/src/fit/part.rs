@@ -70,6 +70,25 @@ impl<'a, S: Specimen> Part<'a, S> {
         numbers
     }
 
+    /// Changes what is held and follows from runs with the numbers of these coordinates.
+    pub(super) fn average(&mut self, x: &DVector<f64>) -> Result<(), SpecimenError> {
+        let Search { steps, .. } = *self.search;
+        if let Some(held) = S::averaged(&self.specimens, &self.recordings, &self.numbers(x), steps, self.usual)? {
+            self.held = held;
+        }
+        Ok(())
+    }
+
+    /// What is held.
+    pub(super) fn held(&self) -> &S::Numbers {
+        &self.held
+    }
+
+    /// Holds what other numbers have.
+    pub(super) fn hold(&mut self, held: &S::Numbers) {
+        self.held = held.clone();
+    }
+
     /// Notes what a recording's loss is, where it matters.
     pub(super) fn weigh(&mut self, x: &DVector<f64>) -> Result<(), SpecimenError> {
         if self.search.free.iter().any(|of| of.prior().is_some()) {

@@ -9,7 +9,7 @@ use super::{Kind, Read};
 use crate::branched::{BranchedCable, Number, Numbers, Tree, scene};
 use crate::cable::Resolution;
 use crate::fit::{Search, Stage};
-use crate::metric::Errors;
+use crate::metric::{Errors, padded_places, padded_squares};
 use crate::predict::Prediction;
 use crate::recording::{
     Reading, Recording, drop_other_counts, drop_other_lengths, each, files, first_length, read_flat,
@@ -30,7 +30,7 @@ impl Kind for Tree {
         };
         let [train, eval] = [of(places[0])?, of(places[1])?];
         let told = if train.0.is_empty() { &eval.0 } else { &train.0 };
-        let tree = Self::of(told).map_err(|message| anyhow!(message))?;
+        let tree = Self::of(told, reading.grips).map_err(|message| anyhow!(message))?;
         let read = [train, eval].map(|(all, mut bad)| {
             let (mut good, others) = each(all, |recording| tree.checked(recording));
             bad.extend(others);
@@ -46,16 +46,23 @@ impl Kind for Tree {
     }
 
     fn start(&self, train: &[BranchedCable]) -> Numbers {
-        // Branches on the side on which they are seen in the mean.
-        let sides = train.iter().flat_map(BranchedCable::sides).map(f64::sin_cos);
-        let (y, x) = sides.fold((0.0, 0.0), |(y, x), side| (y + side.0, x + side.1));
-        Numbers::start(self.branches.len(), y.atan2(x))
+        let mut sums = vec![(0.0, 0.0); self.junctions().len() + 1];
+        for angles in train.iter().map(BranchedCable::seen) {
+            for (sum, (y, x)) in sums.iter_mut().zip(angles.into_iter().map(f64::sin_cos)) {
+                *sum = (sum.0 + y, sum.1 + x);
+            }
+        }
+        let means: Vec<f64> = sums.into_iter().map(|(y, x): (f64, f64)| y.atan2(x)).collect();
+        Numbers::start(self, &means)
     }
 
     fn search(&self) -> Search<Number> {
-        let stages = vec![Stage::of_all(100, 12), Stage { frames: None, every: 1, iterations: 12 }];
-        let free = Number::all(self.branches.len());
-        Search { finer: 2, ..Search::of(free, stages) }
+        let stages = vec![
+            Stage { frames: Some(100), every: 4, iterations: 12 },
+            Stage { frames: None, every: 4, iterations: 10 },
+            Stage { frames: None, every: 1, iterations: 4 },
+        ];
+        Search { finer: 2, ..Search::of(Number::all(self), stages) }
     }
 
     fn ways(&self, _: &Recording) -> Vec<Vec<usize>> {
@@ -71,6 +78,15 @@ impl Kind for Tree {
             .chain(rods)
             .chain([("root mean square".to_owned(), errors.root_mean_square())])
             .collect()
+    }
+
+    fn errors_over_all(&self, recordings: &[Recording], predictions: &[Prediction]) -> Vec<(String, f64)> {
+        let (free, ways) = (self.free().collect::<Vec<_>>(), self.ways());
+        let mean_square = |(recording, prediction): (&Recording, &Prediction)| {
+            padded_squares(recording, &free, prediction, &ways) / (recording.frames() * padded_places(&ways)) as f64
+        };
+        let sum: f64 = recordings.iter().zip(predictions).map(mean_square).sum();
+        vec![("padded root mean square, as DEFT's".to_owned(), (sum / recordings.len() as f64).sqrt())]
     }
 
     fn scene(

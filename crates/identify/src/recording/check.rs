@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::{GRIPPED, Recording, RecordingError};
+use super::{GRIPPED, Grips, Recording, RecordingError};
 
 /// Fewest frames: two give the velocities at the start.
 const FEWEST_FRAMES: usize = 3;
@@ -39,14 +39,14 @@ pub(super) fn checked(mut recording: Recording) -> Result<Recording, RecordingEr
         }
     }
     check_finite(&recording)?;
-    fill_grips(&mut recording, count)?;
+    fill_grips(&mut recording, &Grips::Ends.given(count))?;
     check_distances(&recording)?;
     Ok(recording)
 }
 
-/// Fills the gaps of the grips of a cable, whose markers are the first `count`, and refuses markers lost in the first two frames.
-pub(crate) fn fill_grips(recording: &mut Recording, count: usize) -> Result<(), RecordingError> {
-    for marker in (0..GRIPPED).chain(count - GRIPPED..count) {
+/// Fills the gaps of the markers in grips, and refuses markers lost in the first two frames.
+pub(crate) fn fill_grips(recording: &mut Recording, gripped: &[usize]) -> Result<(), RecordingError> {
+    for &marker in gripped {
         fill(recording, marker)?;
     }
     for frame in 0..2 {

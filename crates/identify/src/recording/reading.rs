@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use super::Grips;
+
 /// How files are read that do not say it themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
@@ -9,11 +11,13 @@ pub struct Reading {
     pub rate: f64,
     /// The file's unit of length [m].
     pub unit: f64,
+    /// Which markers the grips hold, where a file has branches.
+    pub grips: Grips,
 }
 
 impl Default for Reading {
     fn default() -> Self {
-        Self { rate: 100.0, unit: 1.0 }
+        Self { rate: 100.0, unit: 1.0, grips: Grips::Ends }
     }
 }
 

@@ -13,7 +13,7 @@ use identify::kind::Kind;
 use identify::parameter::Parameter;
 use identify::predict::{predict, step_params};
 use identify::quantity::Quantity;
-use identify::recording::{Reading, Recording, is_flat, read_flat};
+use identify::recording::{Grips, Reading, Recording, is_flat, read_flat};
 use identify::specimen::Specimen;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 const PARTS: usize = 2;
 
 fn tree() -> Tree {
-    Tree { parent: 8, branches: vec![Branch { junction: 4, markers: 8..11 }] }
+    Tree { parent: 8, branches: vec![Branch { junction: 4, markers: 8..11 }], grips: Grips::Ends }
 }
 
 /// A parent that hangs between two grips, which sway in a way of their own, and a branch that hangs on it.
@@ -47,35 +47,44 @@ fn grips(index: usize, frames: usize) -> Recording {
 
 /// The same with the free markers of a cable with `truth` from the third frame on.
 fn recorded(truth: &Numbers, index: usize, frames: usize) -> Recording {
-    let mut recording = grips(index, frames);
-    let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
-    let predicted = predict(&[cable], truth, frames, 1).unwrap().remove(0);
+    simulated(&tree(), truth, grips(index, frames))
+}
+
+/// A recording with the free markers of such a cable from the third frame on.
+fn simulated(tree: &Tree, truth: &Numbers, mut recording: Recording) -> Recording {
+    let cable = BranchedCable::new(&recording, tree, PARTS).unwrap();
+    let predicted = predict(&[cable], truth, recording.frames(), 1).unwrap().remove(0);
     assert_eq!(predicted.unsolved, 0);
     for (real, predicted) in recording.markers.iter_mut().zip(predicted.markers).skip(2) {
-        tree().free().zip(predicted).for_each(|(marker, predicted)| real[marker] = predicted);
+        tree.free().zip(predicted).for_each(|(marker, predicted)| real[marker] = predicted);
     }
     recording
 }
 
 fn truth() -> Numbers {
-    let side = BranchedCable::new(&grips(0, 3), &tree(), PARTS).unwrap().sides()[0];
-    let mut truth = Numbers::start(1, side + 0.2);
+    let mut truth = start(&tree(), &[grips(0, 3)]);
     for (number, value) in [
         (Number::Parent(Parameter::Bending), 0.05),
         (Number::Parent(Parameter::InnerDamping), 0.08),
-        (Number::BranchMass, 1.6),
+        (Number::BranchMass(0), 1.6),
+        (Number::Side(0), 0.2),
         (Number::Curvature(1), 1.5),
-        (Number::Kink(0), -0.3),
     ] {
         truth[number] = value;
     }
     truth
 }
 
+/// Where a search for the cable of some recordings begins.
+fn start(tree: &Tree, recordings: &[Recording]) -> Numbers {
+    let of = |recording| BranchedCable::new(recording, tree, PARTS).unwrap();
+    tree.start(&recordings.iter().map(of).collect::<Vec<_>>())
+}
+
 #[test]
 fn a_prediction_begins_where_the_recording_does() {
     let recording = grips(1, 5);
-    assert_eq!(Tree::of(&[recorded(&truth(), 1, 60)]).unwrap(), tree());
+    assert_eq!(Tree::of(&[recorded(&truth(), 1, 60)], Grips::Ends).unwrap(), tree());
     assert_eq!(tree().ways(), [(0..8).collect(), vec![4, 8, 9, 10]]);
     let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
     let (model, state) = cable.model(&truth()).unwrap();
@@ -90,7 +99,7 @@ fn a_prediction_begins_where_the_recording_does() {
 #[test]
 fn the_scene_moves_as_the_prediction_does() {
     let mut truth = truth();
-    (truth[Number::Parent(Parameter::Roll)], truth[Number::BranchBending]) = (0.3, 0.4);
+    (truth[Number::Parent(Parameter::Roll)], truth[Number::BranchBending(0)]) = (0.3, 0.4);
     let cable = BranchedCable::new(&grips(1, 30), &tree(), PARTS).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = identify::branched::scene::write(folder.path(), &cable, "tree-1", &truth, 1).unwrap();
@@ -123,7 +132,7 @@ fn a_branch_hangs_still_in_the_first_frame() {
     let mut recording = grips(0, 30);
     let first = recording.markers[0].clone();
     recording.markers.iter_mut().for_each(|markers| markers.clone_from(&first));
-    let mut numbers = Numbers::start(1, BranchedCable::new(&recording, &tree(), PARTS).unwrap().sides()[0]);
+    let mut numbers = start(&tree(), std::slice::from_ref(&recording));
     let cable = |numbers: &Numbers| {
         let cable = BranchedCable::new(&recording, &tree(), PARTS).unwrap();
         let predicted = predict(&[cable], numbers, 30, 1).unwrap().remove(0);
@@ -134,7 +143,7 @@ fn a_branch_hangs_still_in_the_first_frame() {
         predicted.markers.iter().map(bend).fold(0.0, f64::max)
     };
     numbers.parent[Parameter::Bending] = 50.0;
-    numbers.branch_bending = 2e-4;
+    numbers[Number::BranchBending(0)] = 2e-4;
     // EI / (rho A) is 0.01 m^4/s^2: from rest as it is drawn, gravity would bend it by 0.06 rad.
     let found = cable(&numbers);
     assert!(found < 0.02, "{found} rad");
@@ -149,14 +158,167 @@ fn a_simulated_tree_is_identified_back() {
     let found = fit(&recordings, &cables, &tree().start(&cables), &tree().search(), &mut |_| true).unwrap();
     assert!(known(&found).iter().all(|known| known.interval.is_none()), "three recordings are fewer than the numbers");
     let found = found.parameters;
-    for number in [Number::Parent(Parameter::Bending), Number::BranchMass] {
+    for number in [Number::Parent(Parameter::Bending), Number::BranchMass(0)] {
         let error = found[number] / truth[number] - 1.0;
         assert!(error.abs() < 0.05, "{number}: {}", found[number]);
     }
     let fresh = recorded(&truth, 3, 90);
     let error = |numbers: &Numbers| tree().errors(&fresh, &predict(&[of(&fresh)], numbers, 90, 1).unwrap()[0])[0].1;
-    let start = error(&Numbers::start(1, truth.side));
+    let start = error(&start(&tree(), &recordings));
     assert!(error(&found) < 0.05 * start, "{} m, where the search began {start} m", error(&found));
+}
+
+/// A cable whose second branch hangs on the first.
+fn branched_twice() -> Tree {
+    let branches = [(4, 8..11), (9, 11..13)].map(|(junction, markers)| Branch { junction, markers }).to_vec();
+    Tree { branches, ..tree() }
+}
+
+/// The grips of a cable whose second branch hangs on the first, in the middle of it.
+fn grips_of_twice(index: usize, frames: usize) -> Recording {
+    let mut recording = grips(index, frames);
+    let along = Vector3::new(-0.2, 0.5, -0.6).normalize();
+    for markers in &mut recording.markers {
+        let junction = markers[9];
+        markers.extend((1..3).map(|k| junction + along * (0.05 * k as f64)));
+    }
+    recording
+}
+
+#[test]
+fn a_branch_on_a_branch_is_found_and_identified_back() {
+    let tree = branched_twice();
+    let first: Vec<_> = (0..8).map(|index| grips_of_twice(index, 80)).collect();
+    let mut truth = start(&tree, &first);
+    for (number, value) in [
+        (Number::Parent(Parameter::Bending), 0.05),
+        (Number::Parent(Parameter::InnerDamping), 0.08),
+        (Number::BranchMass(0), 0.8),
+        (Number::BranchMass(1), 1.4),
+    ] {
+        truth[number] = value;
+    }
+    let recordings: Vec<_> = first.into_iter().map(|recording| simulated(&tree, &truth, recording)).collect();
+    assert_eq!(Tree::of(&recordings, Grips::Ends).unwrap(), tree);
+    assert_eq!((tree.host(0), tree.host(1)), (None, Some(0)));
+    let cables: Vec<_> = recordings.iter().map(|own| BranchedCable::new(own, &tree, PARTS).unwrap()).collect();
+    let (model, state) = cables[0].model(&truth).unwrap();
+    model.validate(&state).unwrap();
+    assert_eq!(model.rods(), 3);
+    let found = fit(&recordings, &cables, &tree.start(&cables), &tree.search(), &mut |_| true).unwrap().parameters;
+    for number in [Number::Parent(Parameter::Bending), Number::BranchMass(0), Number::BranchMass(1)] {
+        let error = found[number] / truth[number] - 1.0;
+        assert!(error.abs() < 0.1, "{number}: {} for {}", found[number], truth[number]);
+    }
+    let fresh = simulated(&tree, &truth, grips_of_twice(9, 80));
+    let cable = [BranchedCable::new(&fresh, &tree, PARTS).unwrap()];
+    let error = |numbers: &Numbers| tree.errors(&fresh, &predict(&cable, numbers, 80, 1).unwrap()[0])[0].1;
+    let [before, after] = [error(&tree.start(&cables)), error(&found)];
+    assert!(after < 0.1 * before, "{after} m, where the search began {before} m");
+}
+
+/// The same cable as [`tree`], held at its marker 2, so that the first two are free.
+fn held_in_the_middle() -> Tree {
+    Tree { grips: Grips::Middle(2), ..tree() }
+}
+
+#[test]
+fn a_grip_in_the_middle_leaves_an_end_free() {
+    let tree = held_in_the_middle();
+    assert_eq!(tree.free().collect::<Vec<_>>(), [0, 1, 3, 4, 5, 8, 9, 10]);
+    let truth = start(&tree, &[grips(0, 3)]);
+    let recording = simulated(&tree, &truth, grips(1, 60));
+    assert_eq!(Tree::of(std::slice::from_ref(&recording), Grips::Middle(2)).unwrap(), tree);
+    let cable = BranchedCable::new(&recording, &tree, PARTS).unwrap();
+    let (model, state) = cable.model(&truth).unwrap();
+    model.validate(&state).unwrap();
+    for (marker, here) in tree.free().zip(cable.markers(&truth, &model, &state)) {
+        assert!((here - recording.markers[0][marker]).norm() < 1e-9, "marker {marker}");
+    }
+    // Where the grip stands still, the free end does. It is 0.2 m long: from rest as it is drawn, gravity would lower it by
+    // g l^4 / (8 EI / (rho A)), a tenth of a metre.
+    let mut still = grips(0, 40);
+    let first = still.markers[0].clone();
+    still.markers.iter_mut().for_each(|markers| markers.clone_from(&first));
+    let cable = BranchedCable::new(&still, &tree, PARTS).unwrap();
+    let predicted = predict(&[cable], &truth, 40, 1).unwrap().remove(0);
+    for markers in &predicted.markers {
+        assert!((markers[0] - first[0]).norm() < 3e-3, "{} m", (markers[0] - first[0]).norm());
+    }
+}
+
+#[test]
+fn a_scene_with_a_grip_in_the_middle_and_a_branch_on_a_branch_moves_as_the_prediction_does() {
+    let tree = Tree { grips: Grips::Middle(2), ..branched_twice() };
+    let mut truth = start(&tree, &[grips_of_twice(0, 3)]);
+    (truth[Number::BranchBending(1)], truth[Number::Beside { axis: 1, marker: 4 }]) = (0.4, 0.004);
+    let cable = BranchedCable::new(&grips_of_twice(1, 30), &tree, PARTS).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = identify::branched::scene::write(folder.path(), &cable, "tree-1", &truth, 1).unwrap();
+    let scene = scene::load(&path).unwrap();
+    let settings = Settings { step: step_params(), ..Settings::default() };
+    let mut simulation = Simulation::new(&scene.model, &scene.state, &settings, None).unwrap();
+    let mut state = scene.state.clone();
+    let prediction = predict(std::slice::from_ref(&cable), &truth, 30, 1).unwrap().remove(0);
+    for (frame, predicted) in prediction.markers.iter().enumerate().skip(1) {
+        simulation.step(0.01).unwrap();
+        simulation.store(&mut state);
+        for (marker, (here, predicted)) in cable.markers(&truth, &scene.model, &state).iter().zip(predicted).enumerate()
+        {
+            assert!((here - predicted).norm() < 2e-5, "frame {frame}, marker {marker}: {}", (here - predicted).norm());
+        }
+    }
+}
+
+#[test]
+fn markers_beside_the_rod_are_found() {
+    let beside = Number::Beside { axis: 0, marker: 3 };
+    let mut truth = truth();
+    truth[beside] = 0.008;
+    let recordings: Vec<_> = (0..8).map(|index| recorded(&truth, index, 80)).collect();
+    let of = |recording: &Recording| BranchedCable::new(recording, &tree(), PARTS).unwrap();
+    let cables: Vec<_> = recordings.iter().map(of).collect();
+    let (model, state) = cables[0].model(&truth).unwrap();
+    for (marker, here) in tree().free().zip(cables[0].markers(&truth, &model, &state)) {
+        // The frames in which they lie beside it are those of rods that were drawn a little otherwise.
+        assert!((here - recordings[0].markers[0][marker]).norm() < 2e-4, "marker {marker}");
+    }
+    // All else is known. A rod that is drawn lower is longer and hangs lower, so that a shift of all markers is told by what is expected
+    // of them alone; that of one against its neighbours is seen. A run remembers its first shape, so that a mean is a part of the way.
+    let each: Vec<_> = recordings.iter().collect();
+    let against_neighbours = |usual: f64| {
+        let mut found = truth.clone();
+        found[beside] = 0.0;
+        for _ in 0..20 {
+            found = BranchedCable::averaged(&cables, &each, &found, 1, usual).unwrap().unwrap();
+        }
+        let at = |marker| found[Number::Beside { axis: 0, marker }];
+        at(3) - 0.5 * (at(2) + at(4))
+    };
+    let [free, expected] = [0.0, 0.02].map(against_neighbours);
+    assert!((free / truth[beside] - 1.0).abs() < 0.1, "{free} m for {} m", truth[beside]);
+    assert!(0.0 < expected && expected < free, "{expected} m, and without anything expected {free} m");
+}
+
+#[test]
+fn grips_that_do_not_fit_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = pickle(folder.path(), "a.pkl", &recorded(&truth(), 1, 60));
+    let csv = folder.path().join("plain.csv");
+    fs::write(&csv, "time_s,m0_x,m0_y,m0_z\n").unwrap();
+    for (file, grips, part) in [
+        (&path, "3,-1", "M,-2,-1"),
+        (&path, "6,-2,-1", "it must be one of 1 to 4"),
+        (&path, "4,-2,-1", "which is in a grip"),
+        (&csv, "2,-2,-1", "not of a cable with branches"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_identify"));
+        let output =
+            command.arg(file).args(["--grips", grips, "--out"]).arg(folder.path().join("no")).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{grips}: {said}");
+        assert!(said.contains(part), "{grips}: {said}");
+    }
 }
 
 /// Runs the program on a result of an earlier identification, and takes what it writes.
@@ -171,7 +333,9 @@ fn recordings_are_played_beside_predictions() {
     let value = |number: &Number| {
         (number.to_string(), json!({ "value": truth()[*number], "unit": number.unit(), "interval": null }))
     };
-    let numbers: serde_json::Map<String, Value> = Number::all(1).iter().map(value).collect();
+    let seen = (0..2).map(Number::Seen);
+    let numbers: serde_json::Map<String, Value> =
+        Number::all(&tree()).into_iter().chain(seen).map(|number| value(&number)).collect();
     let earlier = json!({
         "kind": "cable with branches", "parameters": numbers, "free": [], "segments": PARTS, "steps": 1, "huber_m": 0.005,
         "stages": [], "rods": tree().ways(), "recordings": [], "rate_per_s": 100.0, "unit_m": 1.0, "stopped": false,
@@ -191,6 +355,18 @@ fn recordings_are_played_beside_predictions() {
         let page = fs::read_to_string(folder.path().join("out").join(name)).unwrap();
         assert!(page.contains("\"recording\"") && page.contains("\"prediction\""), "{name}");
     }
+    // What is doubtful is said first.
+    let mut doubtful = earlier.clone();
+    doubtful["free"] = json!(["inner-damping"]);
+    doubtful["parameters"]["inner-damping"]["value"] = json!(10.0);
+    fs::write(path("doubtful.json"), doubtful.to_string()).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_identify"));
+    command.args([&path("eval"), "--from", &path("doubtful.json"), "--out", &path("doubtful"), "--quiet"]);
+    let said = String::from_utf8(command.output().unwrap().stdout).unwrap();
+    assert!(said.starts_with("warning: ") && said.lines().next().unwrap().contains("ended at its bound"), "{said}");
+    assert!(said.contains("inner-damping ended at its bound"), "{said}");
+    let page = fs::read_to_string(folder.path().join("doubtful/index.html")).unwrap();
+    assert!(page.contains("inner-damping ended at its bound"));
     // What is of another cable is refused.
     for (change, part) in [
         (json!({ "rods": [(0..8).collect::<Vec<_>>(), vec![3, 8, 9, 10]] }), "other branches"),
@@ -237,7 +413,7 @@ fn flat_pickles_are_read() {
     let recording = grips(2, 24);
     let path = pickle(folder.path(), "tree.pkl", &recording);
     assert!(is_flat(&path));
-    let read = read_flat(&path, Reading { rate: 50.0, unit: 1.0 }).unwrap();
+    let read = read_flat(&path, Reading { rate: 50.0, ..Reading::default() }).unwrap();
     assert_eq!((read.frames(), read.count()), (24, 11));
     assert_eq!(read.markers, recording.markers);
     assert!((read.time[3] - 0.06).abs() < 1e-12);

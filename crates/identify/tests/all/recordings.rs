@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use identify::branched::{Branch, Tree};
-use identify::recording::{Reading, files, read_all, read_flat};
+use identify::recording::{Grips, Reading, files, read_all, read_flat};
 
 fn folder(name: &str) -> Option<PathBuf> {
     let Some(root) = std::env::var_os("REAL_CABLES") else {
@@ -33,17 +33,24 @@ fn tables_of_noodles_are_read() {
 
 #[test]
 fn pickles_of_deft_are_read_and_tell_where_branches_begin() {
-    let Some(folder) = folder("deft/BDLO1") else { return };
-    for (part, count) in [("train", 12), ("eval", 6)] {
-        let paths = files(&[folder.join(part)]).unwrap();
-        let recordings: Vec<_> = paths.iter().map(|path| read_flat(path, Reading::default()).unwrap()).collect();
-        assert_eq!(recordings.len(), count);
-        assert!(recordings.iter().all(|recording| (recording.frames(), recording.count()) == (500, 20)));
-        let tree = Tree::of(&recordings).unwrap();
-        let branches = [(4, 13..17), (8, 17..20)].map(|(junction, markers)| Branch { junction, markers }).to_vec();
-        assert_eq!(tree, Tree { parent: 13, branches });
-        for recording in recordings {
-            tree.checked(recording).unwrap();
+    let (ends, middle) = (Grips::Ends, Grips::Middle(2));
+    for (name, grips, parent, branches) in [
+        ("BDLO1", ends, 13, [(4, 13..17), (8, 17..20)]),
+        ("BDLO1_mid_clamp", middle, 13, [(4, 13..17), (8, 17..20)]),
+        ("BDLO2", ends, 12, [(4, 12..16), (7, 16..20)]),
+        ("BDLO3", ends, 12, [(4, 12..14), (7, 14..17)]),
+    ] {
+        let Some(folder) = folder(&format!("deft/{name}")) else { continue };
+        let branches = branches.map(|(junction, markers)| Branch { junction, markers }).to_vec();
+        let expected = Tree { parent, branches, grips };
+        for part in ["train", "eval"] {
+            let paths = files(&[folder.join(part)]).unwrap();
+            let recordings: Vec<_> = paths.iter().map(|path| read_flat(path, Reading::default()).unwrap()).collect();
+            assert!(recordings.iter().all(|own| (own.frames(), own.count()) == (500, expected.count())));
+            assert_eq!(Tree::of(&recordings, grips).unwrap(), expected, "{name}/{part}");
+            for recording in recordings {
+                expected.checked(recording).unwrap();
+            }
         }
     }
 }
