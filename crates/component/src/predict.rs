@@ -112,6 +112,7 @@ impl<T: Real> Component<T> {
         self.lambda.fill(Spatial::zero());
         self.set_compliances();
         self.begin_beyond();
+        self.begin_laws();
     }
 
     fn set_compliances(&mut self) {

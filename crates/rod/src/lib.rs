@@ -22,6 +22,7 @@ mod drag;
 mod driven;
 mod error;
 mod freedom;
+mod inelastic;
 mod integrator;
 mod joint;
 mod joint_force;
@@ -56,6 +57,9 @@ pub use contact_force::{ContactForce, Touched, contact_wrenches};
 pub use driven::{Carried, Driven};
 pub use error::{DriveError, ModelError};
 pub use freedom::{Freedom, Springs};
+pub use inelastic::{
+    Answer, InelasticJoint, InternalVariables, JointLaw, MaxwellBranch, Plasticity, StrandFriction,
+};
 pub use integrator::Integrator;
 pub use joint_force::{JointForce, curvature};
 pub use material::{InnerDamping, Material, Stretch};

@@ -1,0 +1,207 @@
+//! Joints of a component that have a law ([`rod::JointLaw`]): their moment and tangent where poses are, and what they remember.
+//!
+//! A joint's rows are `dk + alpha~ dlambda = -(k + alpha~ lambda)` where it is elastic. With the moment M(k) of a law and its tangent K = dM/dk
+//! they become, `h` being the step of implicit Euler, linearised at the strain k:
+//!
+//! ```text
+//! dk + S dlambda = -S (lambda + l h^2 M(k))      S = K^-1 / (l h^2)
+//! ```
+//!
+//! so that solvers see a compliance, full in the frame of the rows, that is made anew in each evaluation. Residuals are measured with the elastic
+//! compliance, which does not change as joints begin to yield. Internal variables are those of the step's start until it is accepted.
+//! Sets with such joints are never in lanes.
+
+use std::sync::Arc;
+
+use jointed::system::{JointTerms, System};
+use kernels::lane::Real;
+use kernels::math::{Quat, Vec3};
+use nalgebra::Vector3;
+use rod::{Answer, InternalVariables, JointLaw, Model, State};
+
+use super::Component;
+use super::Members;
+use super::parts::pick;
+use crate::snapshot::StateVisitor;
+
+/// A joint with a law.
+#[derive(Clone, Debug)]
+struct Inelastic {
+    /// Which law of the model.
+    index: usize,
+    joint: usize,
+    law: Arc<JointLaw>,
+    /// Elastic stiffnesses about d1, d2 and d3 [N m^2].
+    stiffness: Vector3<f64>,
+    /// Relaxation times of inner damping about them [s].
+    damping: Vector3<f64>,
+    /// At the start of the step.
+    at: InternalVariables,
+    /// Strain of the poses at the start of the step; only damped joints ask for it.
+    start: Vector3<f64>,
+}
+
+/// The joints with laws of a component.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Laws {
+    all: Vec<Inelastic>,
+    /// Per joint: its place in `all`; empty where no joint has a law.
+    of_joint: Vec<Option<u32>>,
+}
+
+/// What a law adds to the rows of a joint.
+pub(super) struct LawRows<T> {
+    /// `S (lambda - lambda*)`, lambda* being the multiplier of its moment.
+    pub(super) residual: Vec3<T>,
+    /// The same with the elastic compliance.
+    pub(super) measure: Vec3<T>,
+    /// S: on the diagonal, and beside it.
+    diagonal: [f64; 3],
+    couplings: [f64; 3],
+}
+
+impl Laws {
+    pub(super) fn new(model: &Model, state: &State, members: &Members) -> Self {
+        let mut laws = Self::default();
+        for (index, own) in model.laws.iter().enumerate() {
+            let Ok(joint) = members.joints.binary_search(&own.joint) else { continue };
+            let constants = &model.joints[own.joint];
+            let damping = constants.inner_damping;
+            laws.of_joint.resize(members.joints.len(), None);
+            laws.of_joint[joint] = Some(laws.all.len() as u32);
+            laws.all.push(Inelastic {
+                index,
+                joint,
+                law: own.law.clone(),
+                stiffness: constants.bend_twist_stiffness(),
+                damping: Vector3::new(damping.bending, damping.bending, damping.twist),
+                at: state.internal(index).cloned().unwrap_or_else(|| own.law.rest()),
+                start: Vector3::zeros(),
+            });
+        }
+        laws
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// Gives a system the lists that its evaluation fills.
+    pub(super) fn prepare<T: Real>(&self, system: &mut System<T>) {
+        if !self.is_empty() {
+            system.bend_extra.resize(self.of_joint.len(), T::zero());
+            system.bend_couplings.resize(self.of_joint.len(), Vec3::zero());
+        }
+    }
+
+    /// Moment and tangent of joint `k` at a strain [1/m], in its rows; `None` where it is elastic. The step is one of `dt` [s] and amounts to one of
+    /// implicit Euler of `effective` [s].
+    #[inline(always)]
+    pub(super) fn rows<T: Real>(
+        &self,
+        k: usize,
+        (strain, lambda): (Vec3<T>, Vec3<T>),
+        length: T,
+        [dt, effective]: [f64; 2],
+    ) -> Option<LawRows<T>> {
+        let own = &self.all[(*self.of_joint.get(k)?)? as usize];
+        let length = length.lane(0);
+        let [residual, measure, diagonal, couplings] =
+            own.linearised([pick(strain, 0).0.into(), pick(lambda, 0).0.into()], length, [dt, effective]);
+        let [residual, measure] = [residual, measure].map(|v| Vec3(v.map(T::splat)));
+        Some(LawRows { residual, measure, diagonal, couplings })
+    }
+}
+
+impl<T: Real> LawRows<T> {
+    /// Puts the compliance where solvers read it.
+    #[inline(always)]
+    pub(super) fn put(&self, terms: &mut JointTerms<T>, bend_extra: &mut T, couplings: &mut Vec3<T>) {
+        let [first, second, twist] = self.diagonal;
+        terms.bend = T::splat(first);
+        terms.twist_extra = T::splat(twist - first);
+        *bend_extra = T::splat(second - first);
+        *couplings = Vec3(self.couplings.map(T::splat));
+    }
+}
+
+impl Inelastic {
+    /// See [`LawRows`].
+    #[inline(never)]
+    fn linearised(&self, [strain, lambda]: [Vector3<f64>; 2], length: f64, [dt, effective]: [f64; 2]) -> [[f64; 3]; 4] {
+        let Answer { mut moment, mut tangent } = self.law.answer(&self.stiffness, &strain, &self.at, dt);
+        if self.damping != Vector3::zeros() {
+            let viscous = self.stiffness.component_mul(&self.damping) / dt;
+            moment += viscous.component_mul(&(strain - self.start));
+            (0..3).for_each(|i| tangent[(i, i)] += viscous[i]);
+        }
+        let scale = length * effective * effective;
+        let missed = lambda + moment * scale;
+        // A law's tangent is positive definite.
+        let compliance = tangent.try_inverse().unwrap_or_default() / scale;
+        let residual = compliance * missed;
+        let measure = missed.component_div(&(self.stiffness * scale));
+        let at = |r, c| compliance[(r, c)];
+        [residual.into(), measure.into(), [at(0, 0), at(1, 1), at(2, 2)], [at(0, 1), at(0, 2), at(1, 2)]]
+    }
+}
+
+impl<T: Real> Component<T> {
+    /// Strain of a joint whose bodies are oriented so, in its rows [1/m].
+    fn strain_of(&self, joint: usize, [a, b]: [Quat<T>; 2]) -> Vector3<f64> {
+        let [of_a, of_b] = self.extras.rests.get(joint).map_or([a, b], |rests| [a * rests[0], b * rests[1]]);
+        let (terms, constants) = (&self.system.joints[joint], &self.joints[joint]);
+        let strain = (of_a.conj() * of_b).upper().v * (T::splat(2.0) / terms.length) - constants.rest_darboux;
+        pick(strain, 0).0.into()
+    }
+
+    /// Sets what damped joints with laws take from the start of the step.
+    pub(super) fn begin_laws(&mut self) {
+        for k in 0..self.laws.all.len() {
+            let own = &self.laws.all[k];
+            if own.damping != Vector3::zeros() {
+                let ends = self.system.topology.joints[own.joint].map(|body| self.start[body as usize].q);
+                self.laws.all[k].start = self.strain_of(own.joint, ends);
+            }
+        }
+    }
+
+    /// Ends a step that is accepted: internal variables are those of its end.
+    pub(super) fn end_laws(&mut self) {
+        let dt = self.dt;
+        for k in 0..self.laws.all.len() {
+            let joint = self.laws.all[k].joint;
+            let ends = self.system.topology.joints[joint].map(|body| self.poses[body as usize].q);
+            let strain = self.strain_of(joint, ends);
+            let Inelastic { law, stiffness, at, .. } = &mut self.laws.all[k];
+            law.advance(stiffness, &strain, at, dt);
+        }
+    }
+
+    /// Shows a visitor what joints with laws remember.
+    pub(super) fn visit_laws(&mut self, visitor: &mut StateVisitor<'_>) {
+        let vector = |visitor: &mut StateVisitor<'_>, v: &mut Vector3<f64>| {
+            v.iter_mut().for_each(|x| visitor.number(x));
+        };
+        visitor.list(&mut self.laws.all, |visitor, own| {
+            let InternalVariables { strain, parts, hardening, dissipated } = &mut own.at;
+            vector(visitor, strain);
+            visitor.list(parts, vector);
+            visitor.number(hardening);
+            visitor.number(dissipated);
+        });
+    }
+
+    /// Copies what joints with laws remember to `state`.
+    pub(super) fn store_laws(&self, state: &mut State) {
+        for own in &self.laws.all {
+            if state.internals.len() <= own.index {
+                state.internals.resize_with(own.index + 1, InternalVariables::default);
+            }
+            let InternalVariables { strain, parts, hardening, dissipated } = &own.at;
+            let to = &mut state.internals[own.index];
+            (to.strain, to.hardening, to.dissipated) = (*strain, *hardening, *dissipated);
+            to.parts.clone_from(parts);
+        }
+    }
+}

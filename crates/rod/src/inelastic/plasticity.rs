@@ -1,0 +1,159 @@
+//! Plasticity of a joint: a yield surface in moments and torque, associated flow, linear hardening.
+//!
+//! With xi = M - X, X the back moment and P = diag(1/M1^2, 1/M2^2, 1/T^2) the surface is
+//!
+//! ```text
+//! f = sqrt(xi . P xi) - (1 + q) <= 0        yield
+//! k_p' = gamma n,  n = P xi / sqrt(xi . P xi)    associated flow
+//! X' = h_kin C k_p'                         Prager's kinematic hardening
+//! q' = h_iso C_1 / M1^2 gamma               isotropic hardening
+//! ```
+//!
+//! C being the elastic stiffnesses. In bending about d1 alone both give dM = h C_1 dk_p. The step is the closest-point projection (Simo and Hughes
+//! 1998, boxes 3.1 to 3.3): C and P are diagonal, so that one number, the increment of gamma, is left to solve for.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Answer, InternalVariables};
+use crate::Section;
+
+/// Without hardening the tangent is singular in the direction of flow: it keeps this share of the elastic stiffness there, the moment none. Iterations
+/// then converge by this share less than quadratically; the solution does not know of it.
+const LEAST_TANGENT: f64 = 1e-4;
+
+/// How a joint yields.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plasticity {
+    /// Moments about d1 and d2, and torque about d3, at which it yields if each acts alone [N m].
+    pub moments: Vector3<f64>,
+    /// Slope of the yield moment over the plastic curvature, over the elastic stiffness, both about d1. The surface grows alike to all sides.
+    pub isotropic: f64,
+    /// Slope of the back moment over the plastic curvature, over the elastic stiffness. The surface moves.
+    pub kinematic: f64,
+}
+
+/// What a step comes to.
+struct Return {
+    /// xi at its end, and n.
+    relative: Vector3<f64>,
+    normal: Vector3<f64>,
+    /// Increment of gamma, zero where the step is elastic, and of q.
+    gamma: f64,
+    growth: f64,
+}
+
+impl Plasticity {
+    /// Moments and torque at which a whole section flows, of a material that yields at `stress` [Pa] in tension and at its part 1/sqrt(3) in shear
+    /// (von Mises): `4 r^3 s / 3` and `2 pi r^3 s / (3 sqrt(3))` of the full circle. It takes the place of the gradual yield of real sections, whose
+    /// outermost fibre begins at `pi / 4` of the radius's cube: 0.589 of this moment. The torque of a rectangle is that of Nadai's heap of sand. `None` of
+    /// sections for which it is not known.
+    pub fn fully_plastic(section: Section, stress: f64) -> Option<Vector3<f64>> {
+        let shear = stress / 3.0_f64.sqrt();
+        let round = |cubes: f64| {
+            let moment = 4.0 * cubes * stress / 3.0;
+            Vector3::new(moment, moment, 2.0 * std::f64::consts::PI * cubes * shear / 3.0)
+        };
+        match section {
+            Section::Circle { radius } => Some(round(radius.powi(3))),
+            Section::Tube { outer, inner } => Some(round(outer.powi(3) - inner.powi(3))),
+            Section::Rectangle { width, height } => {
+                let (long, short) = (width.max(height), width.min(height));
+                let torque = shear * short * short * (3.0 * long - short) / 6.0;
+                Some(Vector3::new(width * height.powi(2) * stress / 4.0, height * width.powi(2) * stress / 4.0, torque))
+            }
+            Section::Ellipse { .. } | Section::Known { .. } => None,
+        }
+    }
+
+    pub(super) fn mistake(&self) -> Option<(&'static str, f64, &'static str)> {
+        let Self { moments, isotropic, kinematic } = self;
+        if let Some(&moment) = moments.iter().find(|moment| !(moment.is_finite() && **moment > 0.0)) {
+            return Some(("yield moment", moment, "finite and > 0"));
+        }
+        let slopes = [*isotropic, *kinematic].into_iter().find(|slope| !(slope.is_finite() && *slope >= 0.0));
+        slopes.map(|slope| ("hardening", slope, "finite and >= 0"))
+    }
+
+    /// P, and dq / dgamma.
+    fn constants(&self, stiffness: &Vector3<f64>) -> (Vector3<f64>, f64) {
+        let metric = self.moments.map(|moment| 1.0 / (moment * moment));
+        (metric, self.isotropic * stiffness.x * metric.x)
+    }
+
+    fn plastic(at: &InternalVariables) -> Vector3<f64> {
+        at.parts.first().copied().unwrap_or_default()
+    }
+
+    /// The closest-point projection: `xi_i = xi_trial_i / (1 + s C_i P_i)` with `s = (1 + h_kin) dgamma / (1 + q)`. The yield function is convex and
+    /// falls with dgamma, so that Newton's method from zero goes up to the root from one side.
+    fn project(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> Return {
+        let (metric, slope) = self.constants(stiffness);
+        let plastic = Self::plastic(at);
+        let trial = stiffness.component_mul(&(strain - plastic * (1.0 + self.kinematic)));
+        let size = |xi: &Vector3<f64>| metric.component_mul(xi).dot(xi).sqrt();
+        let (mut gamma, mut relative) = (0.0, trial);
+        let (scaled, start) = (stiffness.component_mul(&metric), 1.0 + at.hardening);
+        if size(&trial) > start {
+            for _ in 0..MOST {
+                let radius = start + slope * gamma;
+                let s = (1.0 + self.kinematic) * gamma / radius;
+                let per = scaled.map(|own| 1.0 / (1.0 + s * own));
+                relative = trial.component_mul(&per);
+                let now = size(&relative);
+                let excess = now - radius;
+                if excess.abs() <= 1e-14 * radius {
+                    break;
+                }
+                // d|xi| / ds = -sum(P_i xi_i^2 C_i P_i / (1 + s C_i P_i)) / |xi|.
+                let fall = metric.component_mul(&relative).component_mul(&relative).dot(&scaled.component_mul(&per)) / now;
+                let of_s = (1.0 + self.kinematic) * start / (radius * radius);
+                let next = gamma + excess / (fall * of_s + slope);
+                if next == gamma {
+                    break;
+                }
+                gamma = next.max(0.0);
+            }
+        }
+        let normal = metric.component_mul(&relative) / size(&relative).max(f64::MIN_POSITIVE);
+        Return { relative, normal, gamma, growth: slope * gamma }
+    }
+
+    pub(super) fn answer(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> Answer {
+        let elastic = Matrix3::from_diagonal(stiffness);
+        let Return { relative, normal, gamma, .. } = self.project(stiffness, strain, at);
+        if gamma == 0.0 {
+            let moment = stiffness.component_mul(&(strain - Self::plastic(at)));
+            return Answer { moment, tangent: elastic };
+        }
+        let moment = relative + stiffness.component_mul(&(Self::plastic(at) + normal * gamma)) * self.kinematic;
+        // With A = (C^-1 + (1 + h) dgamma dn/dxi)^-1: dxi = A (dk - (1 + h) dgamma' n), n . dxi = slope dgamma'.
+        let (metric, slope) = self.constants(stiffness);
+        let (more, radius) = (1.0 + self.kinematic, 1.0 + at.hardening + slope * gamma);
+        let bends = (Matrix3::from_diagonal(&metric) - normal * normal.transpose()) * (more * gamma / radius);
+        let yielding = Matrix3::from_diagonal(&stiffness.map(|own| 1.0 / own)) + bends;
+        let Some(inverse) = yielding.try_inverse() else { return Answer { moment, tangent: elastic } };
+        let along = inverse * normal;
+        let flow = along * along.transpose() * (more / (slope + more * along.dot(&normal)));
+        let tangent = (inverse - flow + elastic * self.kinematic) / more;
+        let symmetric = (tangent + tangent.transpose()) * 0.5;
+        Answer { moment, tangent: symmetric + elastic * LEAST_TANGENT }
+    }
+
+    pub(super) fn advance(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &mut InternalVariables) {
+        let Return { normal, gamma, growth, .. } = self.project(stiffness, strain, at);
+        if gamma > 0.0 {
+            at.dissipated += gamma * (1.0 + at.hardening + 0.5 * growth);
+            at.hardening += growth;
+            at.parts[0] += normal * gamma;
+        }
+    }
+
+    pub(super) fn stored(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> f64 {
+        let plastic = Self::plastic(at);
+        let square = |x: Vector3<f64>| 0.5 * stiffness.component_mul(&x).dot(&x);
+        square(strain - plastic) + self.kinematic * square(plastic)
+    }
+}
+
+/// Iterations for the increment of flow: from far outside of the surface each about doubles it.
+const MOST: usize = 100;
