@@ -104,7 +104,7 @@ impl Run {
         // What can touch is stepped together.
         let sets = match model.contacts.is_empty() {
             true => split_alike(model),
-            false => vec![Alike { topology: Arc::new(topology), sets: vec![all], slides: false }],
+            false => vec![Alike { topology: Arc::new(topology), sets: vec![all], slides: false, is_inelastic: false }],
         };
         let firsts = sets.iter().flat_map(|alike| &alike.sets).enumerate();
         let numbers = firsts.filter_map(|(k, members)| Some((*members.segments.first()?, k))).collect();

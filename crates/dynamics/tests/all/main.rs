@@ -9,6 +9,7 @@ mod contact_forces;
 mod driven;
 mod grips;
 mod guess;
+mod inelastic;
 mod islands;
 mod joint_forces;
 mod lanes;
