@@ -124,6 +124,9 @@ impl<T: Real> Component<T> {
     fn evaluate_joints<const EXTRAS: bool>(&mut self) -> Residuals<T> {
         let zero = T::zero();
         let mut worst = Residuals { stretch: zero, bend: zero, momentum: zero, check: zero };
+        if EXTRAS {
+            self.laws.missed = 0.0;
+        }
         for (k, terms) in self.system.joints.iter_mut().enumerate() {
             let [a, b] = self.system.topology.joints[k].map(|body| body as usize);
             let (first, second) = (&self.poses[a], &self.poses[b]);

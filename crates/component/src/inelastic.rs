@@ -7,7 +7,7 @@
 //! dk + S dlambda = -S (lambda + l h^2 M(k))      S = K^-1 / (l h^2)
 //! ```
 //!
-//! so that solvers see a compliance, full in the frame of the rows, that is made anew in each evaluation. Residuals are measured with the elastic
+//! (linearised at [`JointLaw::resolve`], which comes to k) so that solvers see a compliance, full in the frame of the rows, that is made anew in each evaluation. Residuals are measured with the elastic
 //! compliance, which does not change as joints begin to yield. Internal variables are those of the step's start until it is accepted.
 //! Sets with such joints are never in lanes.
 
@@ -47,6 +47,8 @@ pub(super) struct Laws {
     all: Vec<Inelastic>,
     /// Per joint: its place in `all`; empty where no joint has a law.
     of_joint: Vec<Option<u32>>,
+    /// The largest [`JointLaw::missed`] of the last evaluation.
+    pub(super) missed: f64,
 }
 
 /// What a law adds to the rows of a joint.
@@ -98,7 +100,7 @@ impl Laws {
     /// implicit Euler of `effective` [s].
     #[inline(always)]
     pub(super) fn rows<T: Real>(
-        &self,
+        &mut self,
         k: usize,
         (strain, lambda): (Vec3<T>, Vec3<T>),
         length: T,
@@ -106,8 +108,9 @@ impl Laws {
     ) -> Option<LawRows<T>> {
         let own = &self.all[(*self.of_joint.get(k)?)? as usize];
         let length = length.lane(0);
-        let [residual, measure, diagonal, couplings] =
-            own.linearised([pick(strain, 0).0.into(), pick(lambda, 0).0.into()], length, [dt, effective]);
+        let at = [pick(strain, 0).0.into(), pick(lambda, 0).0.into()];
+        let ([residual, measure, diagonal, couplings], missed) = own.linearised(at, length, [dt, effective]);
+        self.missed = self.missed.max(missed);
         let [residual, measure] = [residual, measure].map(|v| Vec3(v.map(T::splat)));
         Some(LawRows { residual, measure, diagonal, couplings })
     }
@@ -126,27 +129,40 @@ impl<T: Real> LawRows<T> {
 }
 
 impl Inelastic {
-    /// See [`LawRows`].
+    /// See [`LawRows`]; with it what [`JointLaw::missed`] says.
     #[inline(never)]
-    fn linearised(&self, [strain, lambda]: [Vector3<f64>; 2], length: f64, [dt, effective]: [f64; 2]) -> [[f64; 3]; 4] {
-        let Answer { mut moment, mut tangent } = self.law.answer(&self.stiffness, &strain, &self.at, dt);
-        if self.damping != Vector3::zeros() {
-            let viscous = self.stiffness.component_mul(&self.damping) / dt;
-            moment += viscous.component_mul(&(strain - self.start));
-            (0..3).for_each(|i| tangent[(i, i)] += viscous[i]);
-        }
+    fn linearised(
+        &self,
+        [strain, lambda]: [Vector3<f64>; 2],
+        length: f64,
+        [dt, effective]: [f64; 2],
+    ) -> ([[f64; 3]; 4], f64) {
         let scale = length * effective * effective;
-        let missed = lambda + moment * scale;
+        let viscous = self.stiffness.component_mul(&self.damping) / dt;
+        let damping = viscous.component_mul(&(strain - self.start));
+        let transmitted = lambda / -scale - damping;
+        let at = self.law.resolve(&self.stiffness, [&strain, &transmitted], &self.at);
+        let Answer { moment, mut tangent } = self.law.answer(&self.stiffness, &at, &self.at, dt);
+        let own = moment + tangent * (strain - at);
+        let off = self.law.missed(&own, &transmitted);
+        let missed = (own - transmitted) * scale;
+        (0..3).for_each(|i| tangent[(i, i)] += viscous[i]);
         // A law's tangent is positive definite.
         let compliance = tangent.try_inverse().unwrap_or_default() / scale;
         let residual = compliance * missed;
         let measure = missed.component_div(&(self.stiffness * scale));
         let at = |r, c| compliance[(r, c)];
-        [residual.into(), measure.into(), [at(0, 0), at(1, 1), at(2, 2)], [at(0, 1), at(0, 2), at(1, 2)]]
+        let (diagonal, couplings) = ([at(0, 0), at(1, 1), at(2, 2)], [at(0, 1), at(0, 2), at(1, 2)]);
+        ([residual.into(), measure.into(), diagonal, couplings], off)
     }
 }
 
 impl<T: Real> Component<T> {
+    /// By how much joints transmit other moments than their laws' at the last evaluation, at most: see [`JointLaw::missed`].
+    pub fn missed_by_laws(&self) -> f64 {
+        self.laws.missed
+    }
+
     /// Strain of a joint whose bodies are oriented so, in its rows [1/m].
     fn strain_of(&self, joint: usize, [a, b]: [Quat<T>; 2]) -> Vector3<f64> {
         let [of_a, of_b] = self.extras.rests.get(joint).map_or([a, b], |rests| [a * rests[0], b * rests[1]]);

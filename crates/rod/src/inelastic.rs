@@ -83,6 +83,20 @@ impl JointLaw {
         }
     }
 
+    /// The strain [1/m] at which an iteration is to ask [`JointLaw::answer`], where it has come to this strain [1/m] and this moment [N m], which
+    /// need not go together yet. Where they do it is the strain.
+    pub fn resolve(
+        &self,
+        stiffness: &Vector3<f64>,
+        [strain, moment]: [&Vector3<f64>; 2],
+        at: &InternalVariables,
+    ) -> Vector3<f64> {
+        match self {
+            Self::Plastic(own) => own.resolve(stiffness, [strain, moment], at),
+            Self::Friction(_) | Self::Viscoelastic(_) => *strain,
+        }
+    }
+
     /// Ends a step of `dt` [s] at a `strain` [1/m].
     pub fn advance(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &mut InternalVariables, dt: f64) {
         match self {
@@ -108,6 +122,17 @@ impl JointLaw {
             Self::Plastic(_) => at.parts.first().copied().unwrap_or_default(),
             Self::Friction(_) | Self::Viscoelastic(_) => Vector3::zeros(),
         }
+    }
+
+    /// By how much a moment that is transmitted differs from the law's own, over the moments at which it yields or its strands slip, or over the law's
+    /// where that is more. Nothing of a law that is linear: there a step that has converged is as exact as with elastic joints.
+    pub fn missed(&self, own: &Vector3<f64>, transmitted: &Vector3<f64>) -> f64 {
+        let scale = match self {
+            Self::Plastic(law) => law.moments,
+            Self::Friction(law) => Vector3::repeat(law.moment),
+            Self::Viscoelastic(_) => return 0.0,
+        };
+        (own - transmitted).component_div(&scale).norm() / own.component_div(&scale).norm().max(1.0)
     }
 
     /// The law of a joint between segments of two laws: the lower yield moments of both, else the first.

@@ -36,6 +36,7 @@ const FILES: &[(&str, &str)] = files![
     "crane",
     "zip-line",
     "tendon-robot",
+    "bent-wire",
     "knot",
     "small-cantilever",
     "elastica",

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use dynamics::simulation::{Settings, Simulation, SimulationError};
 use dynamics::step::{Status, StepParams};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use rod::measure::{dissipated, energy};
 use rod::{
-    Assembly, Body, Change, Changing, Contacts, Driven, InnerDamping, Integrator, Interpolation, JointLaw, Keyframe, Load,
-    Material, MaxwellBranch, Model, Motion, Obstacle, ObstacleShape, Plasticity, RodSpec, State, StrandFriction,
-    Surface, Track, shape,
+    Assembly, Body, Change, Changing, Driven, InnerDamping, Integrator, Interpolation, JointLaw, Keyframe, Load,
+    Material, MaxwellBranch, Model, Motion, Plasticity, RodSpec, State, StrandFriction,
+    Track, shape,
 };
 
 const LENGTH: f64 = 1.0;
@@ -208,5 +208,198 @@ fn moment_and_torque_together_yield_on_the_ellipse() {
         });
         let at = 1.05 * first.unwrap() / 4.0;
         assert!((at - 1.0).abs() < 0.03, "{share}: {at} of the yield surface");
+    }
+}
+
+/// The pose of the end of a wire along x that is bent to this curvature, less its first one: position and turn.
+fn bent_end(time: f64, curvature: f64) -> Keyframe {
+    let turn = curvature * LENGTH;
+    let end = if turn == 0.0 { Vector3::zeros() } else { Vector3::new(turn.sin() / curvature - LENGTH, 0.0, (turn.cos() - 1.0) / curvature) };
+    Keyframe { time, position: Vector3::x() * LENGTH + end, turn: Vector3::y() * turn }
+}
+
+/// A straight wire between two grips, whose end goes through these curvatures over time [s], [1/m].
+fn between_grips(law: &JointLaw, curvatures: &[(f64, f64)]) -> (Model, State) {
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let nodes = shape::straight(Vector3::zeros(), Vector3::x(), LENGTH, SEGMENTS);
+    let rod = assembly.rod(&RodSpec { laws: vec![law.clone()], ..RodSpec::new(nodes, RADIUS, WIRE) });
+    assembly.clamp_start(&rod).clamp_end(&rod);
+    let (mut model, state) = assembly.finish();
+    let keys: Vec<_> = curvatures
+        .windows(2)
+        .flat_map(|pair| {
+            let [(from, first), (to, second)] = [pair[0], pair[1]];
+            (0..40).map(move |k| {
+                let share = f64::from(k) / 40.0;
+                bent_end(from + (to - from) * share, first + (second - first) * share)
+            })
+        })
+        .chain(curvatures.last().map(|&(time, curvature)| bent_end(time, curvature)))
+        .collect();
+    let motion = Motion::new(model.anchors[1].orientation, &keys, Interpolation::Linear).unwrap();
+    model.motions.push(Driven::new(Body::Anchor(1), Arc::new(motion)));
+    (model, state)
+}
+
+#[test]
+fn without_hardening_the_moment_stays_and_turns_round() {
+    // To and fro: M_y, -M_y; what is lost is M_y times the plastic turn, wherever along the wire it is.
+    let yields = 0.5;
+    let (most, elastic) = (1.2, yields / bending());
+    let ways = [(0.0, 0.0), (1.0, most), (3.0, -most), (4.0, 0.0)];
+    let plastic_turns = LENGTH * ((most - elastic) + 2.0 * (most - elastic) + (most - 2.0 * elastic));
+    for integrator in [Integrator::Euler, Integrator::Bdf2] {
+        let mut case = between_grips(&plastic(0.0, 0.0), &ways);
+        case.0.segments.iter_mut().for_each(|segment| segment.density = 8000.0);
+        let mut simulation = Simulation::new(&case.0, &case.1, &settings(integrator), None).unwrap();
+        let (mut state, mut forces) = (case.1.clone(), vec![Default::default(); case.0.joints.len()]);
+        for step in 1..=400 {
+            assert!(simulation.step(0.01).unwrap().status <= Status::ConvergedInSubsteps, "{step}");
+            simulation.store(&mut state);
+            simulation.store_joint_forces(&mut forces);
+            let mid: f64 = forces[SEGMENTS / 2].moment.norm();
+            assert!(mid < 1.01 * yields, "{step}: {mid}");
+            assert!(!(80..100).contains(&step) && !(250..300).contains(&step) || mid > 0.995 * yields, "{step}: {mid}");
+        }
+        let lost = dissipated(&case.0, &state);
+        println!("{integrator:?} iterations {} lost {lost} {}", simulation.counters().iterations, yields * plastic_turns);
+        assert!((lost / (yields * plastic_turns) - 1.0).abs() < 0.01, "{lost} of {}", yields * plastic_turns);
+        assert!(simulation.counters().iterations < 20 * 400);
+    }
+}
+
+#[test]
+fn energy_is_kept_or_lost_in_joints() {
+    // A light wire rings after a blow, without any other damping: what it has less is what its joints have lost, and a little
+    // of the integrator. Nothing is gained.
+    for law in [plastic(0.02, 0.05), JointLaw::Friction(StrandFriction { moment: 0.05, stiffness: 2.0 })] {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        let nodes = shape::straight(Vector3::zeros(), Vector3::x(), LENGTH, SEGMENTS);
+        let heavy = Material { density: 8000.0, ..WIRE };
+        let rod = assembly.rod(&RodSpec { laws: vec![law], ..RodSpec::new(nodes, RADIUS, heavy) });
+        assembly.clamp_start(&rod);
+        rod.clone().for_each(|i| assembly.state_mut().velocities[i].z = 6.0 * (i as f64 / SEGMENTS as f64).powi(2));
+        let (model, state) = assembly.finish();
+        let first = energy(&model, &state).total();
+        let mut before = first;
+        let (_, end) = run(&(model.clone(), state), &settings(Integrator::Bdf2), (5e-4, 2000), |time, state| {
+            let now = energy(&model, state).total() + dissipated(&model, state);
+            assert!(now <= before + 2e-3 * first, "{time}: {now} after {before}");
+            before = now;
+        });
+        let (left, lost) = (energy(&model, &end).total(), dissipated(&model, &end));
+        println!("first {first} left {left} lost {lost}");
+        assert!(lost > 0.3 * first, "{lost} of {first}");
+        assert!((left + lost) / first > 0.95, "{left} and {lost} of {first}");
+    }
+}
+
+#[test]
+fn a_coil_spring_keeps_a_set_from_an_overload() {
+    // A close-coiled spring of wire of length L on the radius R: the pull F twists it by F R, and the ends part by R L times the twist.
+    let (radius, turns, pitch, parts) = (0.02, 5.0, 0.003, 240);
+    let wire = 1e-3_f64;
+    let stiffness = WIRE.torsion_modulus * PI * wire.powi(4) / 2.0;
+    let (yields, hardening, stroke) = (0.1, 0.05, 0.02);
+    let law = JointLaw::Plastic(Plasticity { moments: Vector3::new(0.12, 0.12, yields), isotropic: 0.0, kinematic: hardening });
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let nodes = shape::helix(Vector3::zeros(), radius, pitch * turns, turns, parts);
+    let spec = RodSpec { laws: vec![law], ..RodSpec::new(nodes, wire, WIRE) };
+    let rod = assembly.rod(&spec);
+    assembly.clamp_start(&rod).clamp_end(&rod);
+    let (mut model, state) = assembly.finish();
+    let axis = Vector3::z();
+    let lifted = |time, by: f64| Keyframe { time, position: model.anchors[1].position + axis * by, turn: Vector3::zeros() };
+    let keys = [lifted(0.0, 0.0), lifted(1.0, stroke), lifted(2.0, 0.0)];
+    let motion = Motion::new(model.anchors[1].orientation, &keys, Interpolation::Linear).unwrap();
+    model.motions.push(Driven::new(Body::Anchor(1), Arc::new(motion)));
+    let length = model.segments.iter().map(|segment| segment.length).sum::<f64>();
+    let twist = stroke / (radius * length);
+    let plastic_twist = (stiffness * twist - yields) / (stiffness * (1.0 + hardening));
+    let expected = radius * length * plastic_twist;
+    let mut simulation = Simulation::new(&model, &state, &settings(Integrator::Bdf2), None).unwrap();
+    let mut forces = vec![rod::JointForce::default(); model.joints.len()];
+    let (mut set, mut before) = (0.0, (stroke, 1.0));
+    for step in 1..=200 {
+        let status = simulation.step(0.01).unwrap().status;
+        assert!(status <= Status::ConvergedInSubsteps, "{status:?}");
+        simulation.store_joint_forces(&mut forces);
+        if step > 100 {
+            let stretched = stroke * f64::from(200 - step) / 100.0;
+            let pull = forces.last().unwrap().force.z;
+            if pull * before.1 < 0.0 {
+                set = stretched + (before.0 - stretched) * pull / (pull - before.1);
+            }
+            before = (stretched, pull);
+        } else if step == 100 {
+            before.1 = forces.last().unwrap().force.z;
+        }
+    }
+    println!("set {set} of {expected}, iterations {}", simulation.counters().iterations);
+    assert!((set / expected - 1.0).abs() < 0.01, "{set} of {expected}");
+}
+
+#[test]
+fn what_joints_remember_goes_on_from_snapshots_and_states() {
+    for law in [plastic(0.02, 0.05), JointLaw::Friction(StrandFriction { moment: 0.1, stiffness: 2.0 }),
+        JointLaw::Viscoelastic(vec![MaxwellBranch { share: 0.5, time: 0.1 }])]
+    {
+        let mut case = between_grips(&law, &[(0.0, 0.0), (1.0, 0.8), (2.0, -0.3)]);
+        case.0.segments.iter_mut().for_each(|segment| segment.density = 8000.0);
+        let settings = settings(Integrator::Bdf2);
+        let (mut first, there) = run(&case, &settings, (0.01, 60), |_, _| {});
+        let snapshot = first.snapshot();
+        let ends = |simulation: &mut Simulation| {
+            (0..60).for_each(|_| assert!(simulation.step(0.01).unwrap().status <= Status::ConvergedInSubsteps));
+            let mut state = case.1.clone();
+            simulation.store(&mut state);
+            state
+        };
+        let end = ends(&mut first);
+        first.restore(&snapshot).unwrap();
+        assert_eq!(ends(&mut first), end, "taken back");
+        let mut second = Simulation::new(&case.0, &case.1, &settings, None).unwrap();
+        second.restore(&snapshot).unwrap();
+        assert_eq!(ends(&mut second), end, "in another simulation");
+        // From a state alone a simulation knows what its joints remember, but not of the steps before.
+        let third = Simulation::new(&case.0, &there, &settings, None).unwrap();
+        let mut state = case.1.clone();
+        third.store(&mut state);
+        assert_eq!(state, there);
+    }
+}
+
+#[test]
+fn all_solvers_come_to_the_same_wire() {
+    use jointed::linear::solvers::SolverKind;
+    let law = plastic(0.02, 0.05);
+    let track = [(0.0, Vector3::zeros()), (1.0, Vector3::new(0.3, 0.5, 0.1)), (2.0, Vector3::new(-0.3, 0.2, 0.3))];
+    let case = cantilever(&law, &track, 0.002);
+    let ends = ["direct", "sparse", "cg-jacobi"].map(|name| {
+        let solver: SolverKind = name.parse().unwrap();
+        let settings = Settings { solver, ..settings(Integrator::Bdf2) };
+        run(&case, &settings, (0.02, 100), |_, _| {}).1
+    });
+    for end in &ends[1..] {
+        let apart = end.positions.iter().zip(&ends[0].positions).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(apart < 1e-3 * LENGTH, "{apart} m");
+    }
+}
+
+#[test]
+fn what_is_not_known_is_refused() {
+    let case = cantilever(&plastic(0.0, 0.0), &[(0.0, Vector3::zeros())], 0.0);
+    let formulation = dynamics::formulation::Formulation::Xpbd;
+    let step = StepParams { formulation, ..StepParams::DEFAULT };
+    let found = Simulation::new(&case.0, &case.1, &Settings { step, ..Settings::default() }, None).err();
+    assert!(matches!(found, Some(SimulationError::Inelastic("formulation newton"))), "{found:?}");
+    for (law, what) in [
+        (plastic(-1.0, 0.0), "hardening"),
+        (JointLaw::Friction(StrandFriction { moment: 0.0, stiffness: 1.0 }), "moment of friction"),
+        (JointLaw::Viscoelastic(vec![MaxwellBranch { share: 0.6, time: 1.0 }; 2]), "sum of the shares"),
+    ] {
+        let case = cantilever(&law, &[(0.0, Vector3::zeros())], 0.0);
+        let found = case.0.validate(&case.1).unwrap_err().to_string();
+        assert!(found.contains(what), "{found}");
     }
 }

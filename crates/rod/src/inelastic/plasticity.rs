@@ -17,9 +17,14 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Answer, InternalVariables};
 use crate::Section;
 
-/// Without hardening the tangent is singular in the direction of flow: it keeps this share of the elastic stiffness there, the moment none. Iterations
-/// then converge by this share less than quadratically; the solution does not know of it.
-const LEAST_TANGENT: f64 = 1e-4;
+/// Both ratios of hardening add up to this at least, the rest being kinematic: without hardening the tangent is singular in the direction of flow, and
+/// nothing but inertia says which joints of a wire flow. A joint that has flowed by 10 times its elastic curvature bears 1 % more than without it. The same wire has 13 of 200 steps
+/// halved with this, 22 with a tenth of it.
+const LEAST_HARDENING: f64 = 1e-3;
+
+/// r of [`Plasticity::resolve`] over the elastic stiffness. A steel wire that grips bend to and fro takes 823, 961 and 1088 iterations for 200 steps with
+/// 1, 0.1 and 0.01 at a hardening of 0.01, of which 5, 0 and 0 steps are halved; with 0.003 1147, 1125 and 2134, of which 9, 1 and 9.
+const RESOLVENT: f64 = 0.1;
 
 /// How a joint yields.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,23 +85,35 @@ impl Plasticity {
         (metric, self.isotropic * stiffness.x * metric.x)
     }
 
+    /// The ratio of kinematic hardening that it has in effect.
+    pub(super) fn moves(&self) -> f64 {
+        self.kinematic.max(LEAST_HARDENING - self.isotropic)
+    }
+
     fn plastic(at: &InternalVariables) -> Vector3<f64> {
         at.parts.first().copied().unwrap_or_default()
     }
 
-    /// The closest-point projection: `xi_i = xi_trial_i / (1 + s C_i P_i)` with `s = (1 + h_kin) dgamma / (1 + q)`. The yield function is convex and
-    /// falls with dgamma, so that Newton's method from zero goes up to the root from one side.
-    fn project(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> Return {
+    /// The closest-point projection of a strain in a joint that answers fast strains with `own` stiffnesses, C as a rule:
+    /// `xi_i = xi_trial_i / (1 + s D_i P_i)` with `s = dgamma / (1 + q)` and D the sum of `own` and of kinematic hardening. The yield function is
+    /// convex and falls with dgamma, so that Newton's method from zero goes up to the root from one side.
+    fn project(
+        &self,
+        [own, stiffness]: [&Vector3<f64>; 2],
+        strain: &Vector3<f64>,
+        at: &InternalVariables,
+    ) -> Return {
         let (metric, slope) = self.constants(stiffness);
         let plastic = Self::plastic(at);
-        let trial = stiffness.component_mul(&(strain - plastic * (1.0 + self.kinematic)));
+        let back = stiffness * self.moves();
+        let trial = own.component_mul(&(strain - plastic)) - back.component_mul(&plastic);
         let size = |xi: &Vector3<f64>| metric.component_mul(xi).dot(xi).sqrt();
         let (mut gamma, mut relative) = (0.0, trial);
-        let (scaled, start) = (stiffness.component_mul(&metric), 1.0 + at.hardening);
+        let (scaled, start) = ((own + back).component_mul(&metric), 1.0 + at.hardening);
         if size(&trial) > start {
             for _ in 0..MOST {
                 let radius = start + slope * gamma;
-                let s = (1.0 + self.kinematic) * gamma / radius;
+                let s = gamma / radius;
                 let per = scaled.map(|own| 1.0 / (1.0 + s * own));
                 relative = trial.component_mul(&per);
                 let now = size(&relative);
@@ -104,9 +121,9 @@ impl Plasticity {
                 if excess.abs() <= 1e-14 * radius {
                     break;
                 }
-                // d|xi| / ds = -sum(P_i xi_i^2 C_i P_i / (1 + s C_i P_i)) / |xi|.
+                // d|xi| / ds = -sum(P_i xi_i^2 D_i P_i / (1 + s D_i P_i)) / |xi|.
                 let fall = metric.component_mul(&relative).component_mul(&relative).dot(&scaled.component_mul(&per)) / now;
-                let of_s = (1.0 + self.kinematic) * start / (radius * radius);
+                let of_s = start / (radius * radius);
                 let next = gamma + excess / (fall * of_s + slope);
                 if next == gamma {
                     break;
@@ -118,29 +135,48 @@ impl Plasticity {
         Return { relative, normal, gamma, growth: slope * gamma }
     }
 
+    /// The strain k_0 at which to take the tangent where an iteration has come to `strain` k and `moment` M: that with `M(k_0) + r k_0 = M + r k`
+    /// (the resolvent of the law), which is k where M is the law's. From k alone, a joint whose tangent is small as it yields would go from one side of
+    /// the surface beyond the other and back, without an end; so it comes to the elastic range in between, as active sets do (Hager and
+    /// Wohlmuth 2009). It is the same projection of `k + M / r` with the stiffness `r C / (C + r)`.
+    pub(super) fn resolve(
+        &self,
+        stiffness: &Vector3<f64>,
+        [strain, moment]: [&Vector3<f64>; 2],
+        at: &InternalVariables,
+    ) -> Vector3<f64> {
+        let resolvent = stiffness * RESOLVENT;
+        let softer = resolvent / (1.0 + RESOLVENT);
+        let pushed = strain + moment.component_div(&resolvent);
+        let Return { normal, gamma, .. } = self.project([&softer, stiffness], &pushed, at);
+        let plastic = Self::plastic(at) + normal * gamma;
+        let moment = softer.component_mul(&(pushed - plastic));
+        plastic + moment.component_div(stiffness)
+    }
+
     pub(super) fn answer(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> Answer {
         let elastic = Matrix3::from_diagonal(stiffness);
-        let Return { relative, normal, gamma, .. } = self.project(stiffness, strain, at);
+        let Return { relative, normal, gamma, .. } = self.project([stiffness; 2], strain, at);
         if gamma == 0.0 {
             let moment = stiffness.component_mul(&(strain - Self::plastic(at)));
             return Answer { moment, tangent: elastic };
         }
-        let moment = relative + stiffness.component_mul(&(Self::plastic(at) + normal * gamma)) * self.kinematic;
+        let moment = relative + stiffness.component_mul(&(Self::plastic(at) + normal * gamma)) * self.moves();
         // With A = (C^-1 + (1 + h) dgamma dn/dxi)^-1: dxi = A (dk - (1 + h) dgamma' n), n . dxi = slope dgamma'.
         let (metric, slope) = self.constants(stiffness);
-        let (more, radius) = (1.0 + self.kinematic, 1.0 + at.hardening + slope * gamma);
+        let (more, radius) = (1.0 + self.moves(), 1.0 + at.hardening + slope * gamma);
         let bends = (Matrix3::from_diagonal(&metric) - normal * normal.transpose()) * (more * gamma / radius);
         let yielding = Matrix3::from_diagonal(&stiffness.map(|own| 1.0 / own)) + bends;
         let Some(inverse) = yielding.try_inverse() else { return Answer { moment, tangent: elastic } };
         let along = inverse * normal;
         let flow = along * along.transpose() * (more / (slope + more * along.dot(&normal)));
-        let tangent = (inverse - flow + elastic * self.kinematic) / more;
+        let tangent = (inverse - flow + elastic * self.moves()) / more;
         let symmetric = (tangent + tangent.transpose()) * 0.5;
-        Answer { moment, tangent: symmetric + elastic * LEAST_TANGENT }
+        Answer { moment, tangent: symmetric }
     }
 
     pub(super) fn advance(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &mut InternalVariables) {
-        let Return { normal, gamma, growth, .. } = self.project(stiffness, strain, at);
+        let Return { normal, gamma, growth, .. } = self.project([stiffness; 2], strain, at);
         if gamma > 0.0 {
             at.dissipated += gamma * (1.0 + at.hardening + 0.5 * growth);
             at.hardening += growth;
@@ -151,7 +187,7 @@ impl Plasticity {
     pub(super) fn stored(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> f64 {
         let plastic = Self::plastic(at);
         let square = |x: Vector3<f64>| 0.5 * stiffness.component_mul(&x).dot(&x);
-        square(strain - plastic) + self.kinematic * square(plastic)
+        square(strain - plastic) + self.moves() * square(plastic)
     }
 }
 
