@@ -250,14 +250,14 @@ fn without_hardening_the_moment_stays_and_turns_round() {
     let plastic_turns = LENGTH * ((most - elastic) + 2.0 * (most - elastic) + (most - 2.0 * elastic));
     for integrator in [Integrator::Euler, Integrator::Bdf2] {
         let mut case = between_grips(&plastic(0.0, 0.0), &ways);
-        case.0.segments.iter_mut().for_each(|segment| segment.density = 8000.0);
+        case.0.segments.iter_mut().for_each(|segment| segment.density = 800.0);
         let mut simulation = Simulation::new(&case.0, &case.1, &settings(integrator), None).unwrap();
         let (mut state, mut forces) = (case.1.clone(), vec![Default::default(); case.0.joints.len()]);
         for step in 1..=400 {
             assert!(simulation.step(0.01).unwrap().status <= Status::ConvergedInSubsteps, "{step}");
             simulation.store(&mut state);
             simulation.store_joint_forces(&mut forces);
-            let mid: f64 = forces[SEGMENTS / 2].moment.norm();
+            let mid = forces.iter().map(|force: &rod::JointForce| force.moment.norm()).fold(0.0, f64::max);
             assert!(mid < 1.01 * yields, "{step}: {mid}");
             assert!(!(80..100).contains(&step) && !(250..300).contains(&step) || mid > 0.995 * yields, "{step}: {mid}");
         }

@@ -98,7 +98,7 @@ fn errors_name_the_key() {
         ),
         ("relaxation = [{ share = 0.5, time_s = 0 }]", "6: rods[0].relaxation[0].time_s = 0, but it must be finite and > 0 [s]"),
         (
-            "yield.stress_pa = 1\ntree = { levels = 1, branches = 1 }",
+            "yield.stress_pa = 1\ntree = { levels = 1, branches = 1, segments = 3 }",
             "6: rods[0].yield: the joints of trees are elastic; leave it out",
         ),
     ] {
