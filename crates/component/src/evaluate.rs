@@ -170,9 +170,13 @@ impl<T: Real> Component<T> {
             let mut bend_measure = bend;
             if EXTRAS {
                 let of_rows = (darboux - constants.rest_darboux, lambda.angular);
-                if let Some(rows) = self.laws.rows(k, of_rows, terms.length, [self.dt, self.effective.lane(0)]) {
+                // An open grip holds nothing.
+                if self.laws.has(k) && !self.released.iter().any(|one| one.opens(k)) {
+                    let rows = self.laws.rows(k, of_rows, terms.length, [self.dt, self.effective.lane(0)]);
                     rows.put(terms, &mut self.system.bend_extra[k], &mut self.system.bend_couplings[k]);
                     (bend, bend_measure) = (rows.residual, rows.measure);
+                } else if let Some(couplings) = self.system.bend_couplings.get_mut(k) {
+                    *couplings = Vec3::zero();
                 }
             }
             terms.rhs = Spatial { linear: -stretch, angular: -bend };

@@ -96,7 +96,13 @@ impl Laws {
         }
     }
 
-    /// Moment and tangent of joint `k` at a strain [1/m], in its rows; `None` where it is elastic. The step is one of `dt` [s] and amounts to one of
+    /// Whether joint `k` has a law.
+    #[inline(always)]
+    pub(super) fn has(&self, k: usize) -> bool {
+        self.of_joint.get(k).is_some_and(Option::is_some)
+    }
+
+    /// Moment and tangent of joint `k`, which must have a law, at a strain [1/m], in its rows. The step is one of `dt` [s] and amounts to one of
     /// implicit Euler of `effective` [s].
     #[inline(always)]
     pub(super) fn rows<T: Real>(
@@ -105,14 +111,14 @@ impl Laws {
         (strain, lambda): (Vec3<T>, Vec3<T>),
         length: T,
         [dt, effective]: [f64; 2],
-    ) -> Option<LawRows<T>> {
-        let own = &self.all[(*self.of_joint.get(k)?)? as usize];
+    ) -> LawRows<T> {
+        let own = &self.all[self.of_joint[k].map_or(0, |own| own as usize)];
         let length = length.lane(0);
         let at = [pick(strain, 0).0.into(), pick(lambda, 0).0.into()];
         let ([residual, measure, diagonal, couplings], missed) = own.linearised(at, length, [dt, effective]);
         self.missed = self.missed.max(missed);
         let [residual, measure] = [residual, measure].map(|v| Vec3(v.map(T::splat)));
-        Some(LawRows { residual, measure, diagonal, couplings })
+        LawRows { residual, measure, diagonal, couplings }
     }
 }
 
@@ -182,14 +188,19 @@ impl<T: Real> Component<T> {
         }
     }
 
-    /// Ends a step that is accepted: internal variables are those of its end.
+    /// Ends a step that is accepted: internal variables are those of its end. What an open grip let go is as at rest when it is held again.
     pub(super) fn end_laws(&mut self) {
         let dt = self.dt;
         for k in 0..self.laws.all.len() {
             let joint = self.laws.all[k].joint;
             let ends = self.system.topology.joints[joint].map(|body| self.poses[body as usize].q);
             let strain = self.strain_of(joint, ends);
+            let is_open = self.released.iter().any(|one| one.opens(joint));
             let Inelastic { law, stiffness, at, .. } = &mut self.laws.all[k];
+            if is_open {
+                at.forget();
+                continue;
+            }
             law.advance(stiffness, &strain, at, dt);
         }
     }

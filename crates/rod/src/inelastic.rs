@@ -64,6 +64,14 @@ pub struct Answer {
     pub tangent: Matrix3<f64>,
 }
 
+impl InternalVariables {
+    /// Makes them those of a joint at rest; what was lost stays lost.
+    pub fn forget(&mut self) {
+        (self.strain, self.hardening) = (Vector3::zeros(), 0.0);
+        self.parts.fill(Vector3::zeros());
+    }
+}
+
 impl JointLaw {
     /// Internal variables before the first step: without a strain, relaxed.
     pub fn rest(&self) -> InternalVariables {
