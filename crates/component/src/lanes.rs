@@ -6,8 +6,8 @@ use kernels::lane::Real;
 use kernels::math::Vec3;
 use rod::Model;
 
-use super::parts::{copy_pose, copy_spatial, pick, pick_pose, pick_spatial, put, vec3};
 use super::inelastic::Laws;
+use super::parts::{copy_pose, copy_spatial, pick, pick_pose, pick_spatial, put, vec3};
 use super::sliding::Eyelets;
 use super::{Component, Members};
 

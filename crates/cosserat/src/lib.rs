@@ -121,7 +121,8 @@ pub mod scene {
 pub mod state {
     pub use rod::{
         Body, DriveError, Freedom, InelasticJoint, InternalVariables, Joint, JointForce, Mode, Model, ModelError, Part,
-        Pose, Probe, Quantity, Reading, Restoring, Segment, Sliding, SlidingJoint, Springs, State, curvature, darboux, measure,
+        Pose, Probe, Quantity, Reading, Restoring, Segment, Sliding, SlidingJoint, Springs, State, curvature, darboux,
+        measure,
     };
 }
 

@@ -8,8 +8,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
 use crate::{
-    Air, Body, Damping, Freedom, InelasticJoint, InnerDamping, Joint, JointLaw, Load, Material, Model, ModelError, Mount, Pose, RigidBody,
-    Section, Segment, State, Stiffness, Stretch,
+    Air, Body, Damping, Freedom, InelasticJoint, InnerDamping, Joint, JointLaw, Load, Material, Model, ModelError,
+    Mount, Pose, RigidBody, Section, Segment, State, Stiffness, Stretch,
 };
 
 mod copies;

@@ -3,8 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
-    Air, Body, BodyShape, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InelasticJoint, InnerDamping, LineInertia, Mesh,
-    ModelError, Mount, Pose, RigidBody, SlidingJoint, State,
+    Air, Body, BodyShape, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InelasticJoint, InnerDamping, LineInertia,
+    Mesh, ModelError, Mount, Pose, RigidBody, SlidingJoint, State,
 };
 
 /// A rigid cylinder, one node of the paper's graph (section 3.1); or a rigid body of any shape that rods are joined to.

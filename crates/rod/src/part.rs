@@ -3,7 +3,9 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use crate::{Body, Carried, Change, Changing, Driven, InelasticJoint, JointForce, Load, Model, Motion, Pose, SlidingJoint, State};
+use crate::{
+    Body, Carried, Change, Changing, Driven, InelasticJoint, JointForce, Load, Model, Motion, Pose, SlidingJoint, State,
+};
 
 /// Some rods of a model without the others: see [`Model::part`].
 #[derive(Clone, Debug, PartialEq)]

@@ -37,12 +37,7 @@ pub(crate) fn laws(source: &Source, rod: &format::Rod, spec: &RodSpec, segments:
     rod.relaxation.as_ref().map_or(Ok(Vec::new()), |own| relaxation(source, own))
 }
 
-fn plastic(
-    source: &Source,
-    given: &Spanned<format::Yield>,
-    spec: &RodSpec,
-    segments: usize,
-) -> Result<Vec<JointLaw>> {
+fn plastic(source: &Source, given: &Spanned<format::Yield>, spec: &RodSpec, segments: usize) -> Result<Vec<JointLaw>> {
     let format::Yield { moment_n_m, torque_n_m, stress_pa, hardening_isotropic, hardening_kinematic } = given.get_ref();
     let ratio = |value| number_or(value, 0.0, |v| source.not_negative(v, ""));
     let (isotropic, kinematic) = (ratio(hardening_isotropic)?, ratio(hardening_kinematic)?);

@@ -97,12 +97,7 @@ impl Plasticity {
     /// The closest-point projection of a strain in a joint that answers fast strains with `own` stiffnesses, C as a rule:
     /// `xi_i = xi_trial_i / (1 + s D_i P_i)` with `s = dgamma / (1 + q)` and D the sum of `own` and of kinematic hardening. The yield function is
     /// convex and falls with dgamma, so that Newton's method from zero goes up to the root from one side.
-    fn project(
-        &self,
-        [own, stiffness]: [&Vector3<f64>; 2],
-        strain: &Vector3<f64>,
-        at: &InternalVariables,
-    ) -> Return {
+    fn project(&self, [own, stiffness]: [&Vector3<f64>; 2], strain: &Vector3<f64>, at: &InternalVariables) -> Return {
         let (metric, slope) = self.constants(stiffness);
         let plastic = Self::plastic(at);
         let back = stiffness * self.moves();
@@ -122,7 +117,8 @@ impl Plasticity {
                     break;
                 }
                 // d|xi| / ds = -sum(P_i xi_i^2 D_i P_i / (1 + s D_i P_i)) / |xi|.
-                let fall = metric.component_mul(&relative).component_mul(&relative).dot(&scaled.component_mul(&per)) / now;
+                let fall =
+                    metric.component_mul(&relative).component_mul(&relative).dot(&scaled.component_mul(&per)) / now;
                 let of_s = start / (radius * radius);
                 let next = gamma + excess / (fall * of_s + slope);
                 if next == gamma {

@@ -25,7 +25,11 @@ fn all() -> [JointLaw; 6] {
 }
 
 /// Goes through strains one after the other; moments at the end of each step, and the work.
-fn go(law: &JointLaw, strains: impl Iterator<Item = Vector3<f64>>, dt: f64) -> (Vec<Vector3<f64>>, f64, InternalVariables) {
+fn go(
+    law: &JointLaw,
+    strains: impl Iterator<Item = Vector3<f64>>,
+    dt: f64,
+) -> (Vec<Vector3<f64>>, f64, InternalVariables) {
     let (mut at, mut work, mut moments) = (law.rest(), 0.0, Vec::<Vector3<f64>>::new());
     for strain in strains {
         let moment = law.answer(&stiffness(), &strain, &at, dt).moment;
@@ -77,7 +81,9 @@ fn moments_stay_on_the_yield_surface() {
             let relative = moment - stiffness().component_mul(&at.parts[0]) * own.moves();
             let size = relative.component_div(&own.moments).norm() / (1.0 + at.hardening);
             assert!((size - 1.0).abs() < 1e-12, "{strain:?}: {size}");
-            assert!((moment - stiffness().component_mul(&(strain - at.parts[0]))).norm() < 1e-9 * moment.norm().max(1.0));
+            assert!(
+                (moment - stiffness().component_mul(&(strain - at.parts[0]))).norm() < 1e-9 * moment.norm().max(1.0)
+            );
         }
     }
 }
@@ -116,8 +122,8 @@ fn loops_take_what_their_area_says() {
                 [work, at.dissipated]
             })
             .collect();
-        for k in 0..2 {
-            let area = lost[2][k] - lost[1][k];
+        for [before, after] in [0, 1].map(|k| [lost[1][k], lost[2][k]]) {
+            let area = after - before;
             assert!((area / expected - 1.0).abs() < 2e-3, "{law:?}: {area} of {expected}");
         }
     }

@@ -130,7 +130,7 @@ fn the_recipes_are_scenes() {
         }
         scenes += 1;
     }
-    assert_eq!(scenes, 10);
+    assert_eq!(scenes, 11);
 }
 
 #[test]

@@ -21,7 +21,10 @@ fn joints_of_a_rod_share_its_law() {
     let full = [4.0 / 3.0 * round, 4.0 / 3.0 * round, 2.0 * PI / 3.0 * round / 3.0_f64.sqrt()];
     for (keys, law) in [
         ("yield = { moment_n_m = 0.5, torque_n_m = 0.4 }", plastic([0.5, 0.5, 0.4], 0.0, 0.0)),
-        ("yield = { stress_pa = 250e6, hardening_isotropic = 0.1, hardening_kinematic = 0.2 }", plastic(full, 0.1, 0.2)),
+        (
+            "yield = { stress_pa = 250e6, hardening_isotropic = 0.1, hardening_kinematic = 0.2 }",
+            plastic(full, 0.1, 0.2),
+        ),
         (
             "strand_friction = { moment_n_m = 0.1, stiffness_n_m2 = 2 }",
             JointLaw::Friction(StrandFriction { moment: 0.1, stiffness: 2.0 }),
@@ -67,7 +70,10 @@ fn errors_name_the_key() {
     for (keys, expected) in [
         ("yield = {}", "6: rods[0].yield: give `moment_n_m` and `torque_n_m`, or `stress_pa`"),
         ("yield = { moment_n_m = 1 }", "6: rods[0].yield: give `moment_n_m` and `torque_n_m`, or `stress_pa`"),
-        ("yield = { moment_n_m = 0, torque_n_m = 1 }", "6: rods[0].yield.moment_n_m = 0, but it must be finite and > 0 [N m]"),
+        (
+            "yield = { moment_n_m = 0, torque_n_m = 1 }",
+            "6: rods[0].yield.moment_n_m = 0, but it must be finite and > 0 [N m]",
+        ),
         (
             "yield = { moment_n_m = 1, stress_pa = 1 }",
             "6: rods[0].yield.stress_pa: goes without `moment_n_m` and `torque_n_m`; leave it out, or both of them",
@@ -96,7 +102,10 @@ fn errors_name_the_key() {
             "relaxation = [{ share = 0.5, time_s = 1 }, { share = 0.5, time_s = 1 }]",
             "6: rods[0].relaxation[1].share = 0.5, but it must be less than 0.5: with it the shares add up to 1 or more",
         ),
-        ("relaxation = [{ share = 0.5, time_s = 0 }]", "6: rods[0].relaxation[0].time_s = 0, but it must be finite and > 0 [s]"),
+        (
+            "relaxation = [{ share = 0.5, time_s = 0 }]",
+            "6: rods[0].relaxation[0].time_s = 0, but it must be finite and > 0 [s]",
+        ),
         (
             "yield.stress_pa = 1\ntree = { levels = 1, branches = 1, segments = 3 }",
             "6: rods[0].yield: the joints of trees are elastic; leave it out",
