@@ -75,11 +75,15 @@ impl InternalVariables {
 impl JointLaw {
     /// Internal variables before the first step: without a strain, relaxed.
     pub fn rest(&self) -> InternalVariables {
-        let parts = match self {
+        InternalVariables { parts: vec![Vector3::zeros(); self.parts()], ..InternalVariables::default() }
+    }
+
+    /// How many vectors it remembers.
+    fn parts(&self) -> usize {
+        match self {
             Self::Plastic(_) | Self::Friction(_) => 1,
             Self::Viscoelastic(branches) => branches.len(),
-        };
-        InternalVariables { parts: vec![Vector3::zeros(); parts], ..InternalVariables::default() }
+        }
     }
 
     /// What a joint of these elastic stiffnesses [N m^2] answers a `strain` [1/m] with, at the end of a step of `dt` [s] that began with `at`.
@@ -191,6 +195,30 @@ impl Model {
             }
             if let Some((quantity, found, allowed)) = own.law.mistake() {
                 return value(quantity, found, allowed);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Model {
+    /// Checks what a state says that joints with laws remember: nothing, or for each as many numbers as its law has, all finite.
+    pub(crate) fn validate_internals(&self, state: &State) -> Result<(), ModelError> {
+        let what = "joint with a law";
+        let (found, count) = (state.internals.len(), self.laws.len());
+        if found > count {
+            return Err(ModelError::Index { what: "internal variables", index: count, target: what, to: count, count });
+        }
+        for (index, (own, at)) in self.laws.iter().zip(&state.internals).enumerate() {
+            let (parts, expected) = (at.parts.len(), own.law.parts());
+            if parts != 0 && parts != expected {
+                let quantity = "parts of its internal variables";
+                let allowed = format!("none, or as many as its law has ({expected})");
+                return Err(ModelError::Count { what, index, quantity, found: parts, allowed });
+            }
+            let numbers = at.parts.iter().flatten().chain(&at.strain).chain([&at.hardening, &at.dissipated]);
+            if let Some(&value) = numbers.into_iter().find(|x| !x.is_finite()) {
+                return Err(ModelError::Value { what, index, quantity: "internal variable", value, allowed: "finite" });
             }
         }
         Ok(())

@@ -170,6 +170,7 @@ impl Model {
         if let Some(&found) = sizes.iter().find(|&&n| n != expected) {
             return Err(ModelError::StateSize { found, expected });
         }
+        self.validate_internals(state)?;
         for index in 0..expected {
             let vectors = [
                 ("position", state.positions[index].as_slice()),
