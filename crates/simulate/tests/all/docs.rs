@@ -116,7 +116,7 @@ fn every_file_and_every_column_is_documented() {
     for key in keys(&sliding["eyelets"]["carabiner"]) {
         assert!(section("`eyelets.csv`").contains(&format!("`{key}`")), "{key}");
     }
-    let bent = json(&["bent-wire", "--steps", "60"]);
+    let bent = json(&["bent-wire", "--steps", "150"]);
     for key in keys(&bent["inelastic"]).into_iter().chain(keys(&bent["inelastic"]["plastic"])) {
         assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");
     }
