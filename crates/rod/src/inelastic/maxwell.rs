@@ -11,7 +11,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Answer, InternalVariables};
+use super::variables::{Answer, InternalVariables};
 
 /// A spring and a dashpot in series.
 #[derive(Clone, Copy, Debug, PartialEq)]

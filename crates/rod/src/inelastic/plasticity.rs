@@ -14,7 +14,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Answer, InternalVariables};
+use super::variables::{Answer, InternalVariables};
 use crate::Section;
 
 /// Both ratios of hardening add up to this at least, the rest being kinematic: without hardening the tangent is singular in the direction of flow, and
@@ -106,7 +106,8 @@ impl Plasticity {
         let (mut gamma, mut relative) = (0.0, trial);
         let (scaled, start) = ((own + back).component_mul(&metric), 1.0 + at.hardening);
         if size(&trial) > start {
-            for _ in 0..MOST {
+            // From far outside of the surface an iteration about doubles the increment.
+            for _ in 0..100 {
                 let radius = start + slope * gamma;
                 let s = gamma / radius;
                 let per = scaled.map(|own| 1.0 / (1.0 + s * own));
@@ -186,6 +187,3 @@ impl Plasticity {
         square(strain - plastic) + self.moves() * square(plastic)
     }
 }
-
-/// Iterations for the increment of flow: from far outside of the surface each about doubles it.
-const MOST: usize = 100;

@@ -13,7 +13,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Answer, InternalVariables};
+use super::variables::{Answer, InternalVariables};
 
 /// Friction between strands, in bending alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
