@@ -28,7 +28,7 @@ impl<T: Real> Component<T> {
         if !self.released.is_empty() {
             self.free_rows();
         }
-        let mut residuals = match self.extras.is_empty() {
+        let mut residuals = match self.extras.is_empty() && self.laws.is_empty() {
             true => self.evaluate_joints::<false>(),
             false => self.evaluate_joints::<true>(),
         };
@@ -124,6 +124,9 @@ impl<T: Real> Component<T> {
     fn evaluate_joints<const EXTRAS: bool>(&mut self) -> Residuals<T> {
         let zero = T::zero();
         let mut worst = Residuals { stretch: zero, bend: zero, momentum: zero, check: zero };
+        if EXTRAS {
+            self.laws.missed = 0.0;
+        }
         for (k, terms) in self.system.joints.iter_mut().enumerate() {
             let [a, b] = self.system.topology.joints[k].map(|body| body as usize);
             let (first, second) = (&self.poses[a], &self.poses[b]);
@@ -151,7 +154,8 @@ impl<T: Real> Component<T> {
             // Away from a half turn, where G loses a direction; the residual stays exact.
             terms.s = relative.w.max(T::splat(1e-6));
             terms.t = frame.rotate(relative.v);
-            let strain = relative.v * (T::splat(2.0) / terms.length) - rest_darboux;
+            let darboux = relative.v * (T::splat(2.0) / terms.length);
+            let strain = darboux - rest_darboux;
             let mut stretch =
                 gap + lambda.linear * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.linear));
             let mut bend = strain + lambda.angular * terms.bend;
@@ -163,10 +167,22 @@ impl<T: Real> Component<T> {
                 bend.0[1] += lambda.angular.0[1] * bend_extra;
             }
             bend.0[2] += lambda.angular.0[2] * terms.twist_extra;
+            let mut bend_measure = bend;
+            if EXTRAS {
+                let of_rows = (darboux - constants.rest_darboux, lambda.angular);
+                // An open grip holds nothing.
+                if self.laws.has(k) && !self.released.iter().any(|one| one.opens(k)) {
+                    let rows = self.laws.rows(k, of_rows, terms.length, [self.dt, self.effective.lane(0)]);
+                    rows.put(terms, &mut self.system.bend_extra[k], &mut self.system.bend_couplings[k]);
+                    (bend, bend_measure) = (rows.residual, rows.measure);
+                } else if let Some(couplings) = self.system.bend_couplings.get_mut(k) {
+                    *couplings = Vec3::zero();
+                }
+            }
             terms.rhs = Spatial { linear: -stretch, angular: -bend };
             let inverse_length = T::splat(1.0) / terms.length;
             let stretch = stretch.norm_squared() * (inverse_length * inverse_length);
-            let bend = bend.norm_squared() * (terms.length * terms.length);
+            let bend = bend_measure.norm_squared() * (terms.length * terms.length);
             worst.stretch = worst.stretch.max(stretch);
             worst.bend = worst.bend.max(bend);
             worst.check += stretch + bend;

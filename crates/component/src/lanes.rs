@@ -6,6 +6,7 @@ use kernels::lane::Real;
 use kernels::math::Vec3;
 use rod::Model;
 
+use super::inelastic::Laws;
 use super::parts::{copy_pose, copy_spatial, pick, pick_pose, pick_spatial, put, vec3};
 use super::sliding::Eyelets;
 use super::{Component, Members};
@@ -67,6 +68,7 @@ impl<T: Real> Component<T> {
             moved: self.moved.iter().filter(|moved| moved.lane == lane).map(|moved| moved.alone()).collect(),
             released: self.released.iter().filter(|one| one.lane == lane).map(|one| one.alone()).collect(),
             eyelets: Eyelets::default(),
+            laws: Laws::default(),
             resting: self
                 .resting
                 .iter()

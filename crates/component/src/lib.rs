@@ -26,6 +26,7 @@ mod forces;
 mod formulation;
 mod hold;
 mod implicit;
+mod inelastic;
 mod interval;
 mod joint_extras;
 mod joint_failure;
@@ -161,6 +162,8 @@ pub struct Component<T> {
     moved: Vec<motion::Moved>,
     /// Eyelets through which rods of it run.
     eyelets: sliding::Eyelets,
+    /// Joints that are not elastic.
+    laws: inelastic::Laws,
     /// Joints that leave something free.
     released: Vec<released::Released>,
     /// Inertia of the fixed segments.
@@ -201,6 +204,8 @@ impl<T: Real> Component<T> {
         let mut system = System::new(topology);
         let extras = joint_extras::JointExtras::new(model, sets);
         extras.prepare(&mut system);
+        let laws = sets.first().map(|members| inelastic::Laws::new(model, state, members)).unwrap_or_default();
+        laws.prepare(&mut system);
         let (bodies, joints) = (system.bodies.len(), system.joints.len());
         let pose = BodyPose { x: Vec3::zero(), q: Quat::identity() };
         let zero = T::zero();
@@ -233,6 +238,7 @@ impl<T: Real> Component<T> {
             has_given: false,
             moved: Vec::new(),
             eyelets: sliding::Eyelets::default(),
+            laws,
             released: Vec::new(),
             resting: Vec::new(),
             longest_unit: T::splat(f64::INFINITY),

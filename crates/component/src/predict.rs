@@ -113,6 +113,7 @@ impl<T: Real> Component<T> {
         self.lambda.fill(Spatial::zero());
         self.set_compliances();
         self.begin_beyond();
+        self.begin_laws();
         self.stiffen_stored();
     }
 

@@ -35,6 +35,11 @@ impl Released {
         Self { lane: 0, ..*self }
     }
 
+    /// Whether it is this joint, to an anchor that is open.
+    pub(super) fn opens(&self, joint: usize) -> bool {
+        self.open && self.joint == joint
+    }
+
     /// The joint, if it turns freely whether a grip is open or not.
     pub(super) fn turning(&self) -> Option<usize> {
         (self.turns != Turns::None).then_some(self.joint)

@@ -21,12 +21,14 @@ pub struct Alike {
     pub sets: Vec<Members>,
     /// Whether a rod of them runs through an eyelet.
     pub slides: bool,
+    /// Whether a joint of them is not elastic.
+    pub is_inelastic: bool,
 }
 
 impl Alike {
-    /// Whether they can be solved side by side, one a lane: enough of them, and none with a loop.
+    /// Whether they can be solved side by side, one a lane: enough of them, elastic, and none with a loop.
     pub fn fill_lanes(&self) -> bool {
-        !self.slides && Self::fills_lanes(self.sets.len(), &self.topology)
+        !self.slides && !self.is_inelastic && Self::fills_lanes(self.sets.len(), &self.topology)
     }
 
     /// The same of so many sets.
@@ -38,24 +40,25 @@ impl Alike {
 /// Splits a model into its connected sets, alike ones together, in the order in which the first of each kind comes.
 pub fn split_alike(model: &Model) -> Vec<Alike> {
     let mut kinds: HashMap<(Vec<[u32; 2]>, Vec<bool>), usize> = HashMap::new();
-    let mut by_kind: Vec<(Arc<Topology>, Vec<Members>, bool)> = Vec::new();
+    let mut by_kind: Vec<(Arc<Topology>, Vec<Members>, [bool; 2])> = Vec::new();
     for (members, topology) in split(model) {
         let has = |segment: usize| members.segments.binary_search(&segment).is_ok();
-        if model.sliding_joints.iter().any(|joint| has(joint.segments.start)) {
-            by_kind.push((Arc::new(topology), vec![members], true));
+        let slides = model.sliding_joints.iter().any(|joint| has(joint.segments.start));
+        let is_inelastic = model.laws.iter().any(|own| members.joints.binary_search(&own.joint).is_ok());
+        if slides || is_inelastic {
+            by_kind.push((Arc::new(topology), vec![members], [slides, is_inelastic]));
             continue;
         }
         let key = (topology.joints.clone(), topology.fixed.clone());
         let index = *kinds.entry(key).or_insert_with(|| {
-            by_kind.push((Arc::new(topology), Vec::new(), false));
+            by_kind.push((Arc::new(topology), Vec::new(), [false; 2]));
             by_kind.len() - 1
         });
         by_kind[index].1.push(members);
     }
-    let chunks = by_kind.into_iter().flat_map(|(topology, sets, slides)| {
-        let chunks: Vec<Alike> =
-            sets.chunks(GROUP).map(|sets| Alike { topology: topology.clone(), sets: sets.to_vec(), slides }).collect();
-        chunks
+    let chunks = by_kind.into_iter().flat_map(|(topology, sets, [slides, is_inelastic])| {
+        let alike = |sets: &[Members]| Alike { topology: topology.clone(), sets: sets.to_vec(), slides, is_inelastic };
+        sets.chunks(GROUP).map(alike).collect::<Vec<Alike>>()
     });
     chunks.collect()
 }

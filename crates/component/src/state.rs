@@ -69,6 +69,7 @@ impl<T: Real> Component<T> {
             state.velocities[index] = self.velocity(k, lane).0.into();
             state.angular_velocities[index] = self.rate(k, lane).0.into();
         }
+        self.store_laws(state);
     }
 
     /// Copies what one lane's joints transmit at the end of its last step to `forces`; zero before the first.

@@ -100,6 +100,7 @@ impl<T: Real> Component<T> {
         self.last_effective = active.select(self.effective, self.last_effective);
         self.take_in(active);
         self.end_eyelets();
+        self.end_laws();
         if formulation.momentum() {
             let rate = T::splat(1.0) / self.effective;
             let per_dt2 = rate * rate;

@@ -35,6 +35,7 @@ impl<T: Real> Component<T> {
             joints,
             released,
             eyelets: _,
+            laws: _,
             // A step makes these anew before it looks at them.
             effective: _,
             start: _,
@@ -92,5 +93,6 @@ impl<T: Real> Component<T> {
         visitor.word(evaluations);
         self.visit_motions(visitor);
         self.visit_eyelets(visitor);
+        self.visit_laws(visitor);
     }
 }

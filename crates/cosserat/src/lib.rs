@@ -98,9 +98,9 @@ pub use nalgebra;
 /// Building a model and its first state: rods, rigid bodies, clamps, loads, air, contacts.
 pub mod assembly {
     pub use rod::{
-        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, LineInertia, Load, Material, Mesh,
-        MeshError, Mount, Obstacle, ObstacleShape, RestShape, RigidBody, RodSpec, Section, SolidError, SolidMesh,
-        Stiffness, Stretch, Surface, Wind, shape,
+        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, JointLaw, LineInertia, Load,
+        Material, MaxwellBranch, Mesh, MeshError, Mount, Obstacle, ObstacleShape, Plasticity, RestShape, RigidBody,
+        RodSpec, Section, SolidError, SolidMesh, Stiffness, StrandFriction, Stretch, Surface, Wind, shape,
     };
 }
 
@@ -120,8 +120,9 @@ pub mod scene {
 /// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths, first modes; parts of it.
 pub mod state {
     pub use rod::{
-        Body, DriveError, Freedom, Joint, JointForce, Mode, Model, ModelError, Part, Pose, Probe, Quantity, Reading,
-        Restoring, Segment, Sliding, SlidingJoint, Springs, State, curvature, darboux, measure,
+        Body, DriveError, Freedom, InelasticJoint, InternalVariables, Joint, JointForce, Mode, Model, ModelError, Part,
+        Pose, Probe, Quantity, Reading, Restoring, Segment, Sliding, SlidingJoint, Springs, State, curvature, darboux,
+        measure,
     };
 }
 

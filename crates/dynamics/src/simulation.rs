@@ -70,6 +70,9 @@ pub enum SimulationError {
     /// Eyelets where rods cannot run through any.
     #[error("sliding joints need {0}")]
     Sliding(&'static str),
+    /// Joints with laws where nothing knows of them.
+    #[error("joints that are not elastic need {0}")]
+    Inelastic(&'static str),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] jointed::linear::solvers::SolverError),
@@ -190,6 +193,9 @@ impl Simulation {
         if let SolverKind::Cg(_) = settings.solver {
             without_loose(model, &format!("solver {}", settings.solver))?;
         }
+        if !model.laws.is_empty() && !settings.step.formulation.momentum() {
+            return Err(SimulationError::Inelastic("formulation newton"));
+        }
         let touches = !model.contacts.is_empty();
         let is_coupled = settings.step.contact_projection == ContactProjection::Coupled;
         let exact = settings.step.tangent == Tangent::Exact;
@@ -262,6 +268,9 @@ impl Simulation {
         without_loose(model, "a prediction in place of solves")?;
         if !model.sliding_joints.is_empty() {
             return Err(SimulationError::Sliding("solves, not predictions in their place"));
+        }
+        if !model.laws.is_empty() {
+            return Err(SimulationError::Inelastic("solves, not predictions in their place"));
         }
         if params.integrator != Integrator::Euler {
             return Err(SimulationError::Projection(params.integrator));

@@ -89,7 +89,8 @@ impl TrajectoryWriter {
         contacts: &[Wrench],
         time: f64,
     ) -> Result<(), ExportError> {
-        let State { positions, orientations, velocities, angular_velocities } = state;
+        // What joints with laws remember is in snapshots alone.
+        let State { positions, orientations, velocities, angular_velocities, internals: _ } = state;
         let expected = self.layout.segments;
         let sizes = [positions.len(), orientations.len(), velocities.len(), angular_velocities.len()];
         if let Some(&found) = sizes.iter().find(|&&n| n != expected) {

@@ -103,6 +103,19 @@ impl<T: Real> JointTerms<T> {
         Sym3::outer(self.n(frame.second_axis(), T::splat(1.0) / self.s), extra * self.length * self.length)
     }
 
+    /// What couplings of a compliance between d1, d2 and d3 of the rows' frame, (12), (13) and (23), add to that in world rows:
+    /// `l^2 N (d_i d_j^T + d_j d_i^T) N^T` of each.
+    #[inline(always)]
+    pub(crate) fn couplings(&self, frame: Quat<T>, Vec3([of_12, of_13, of_23]): Vec3<T>) -> Sym3<T> {
+        let (zero, one, inv_s) = (T::zero(), T::splat(1.0), T::splat(1.0) / self.s);
+        let axes = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+        let [d1, d2, d3] = axes.map(|axis| self.n(frame.rotate(Vec3(axis)), inv_s));
+        let twice = T::splat(2.0) * self.length * self.length;
+        Sym3::sym_outer(d1 * (of_12 * twice), d2)
+            + Sym3::sym_outer(d1 * (of_13 * twice), d3)
+            + Sym3::sym_outer(d2 * (of_23 * twice), d3)
+    }
+
     /// `N x`.
     #[inline(always)]
     fn n(&self, x: Vec3<T>, inv_s: T) -> Vec3<T> {
@@ -158,6 +171,9 @@ pub struct System<T> {
     /// Compliance of bending about d2 less that about d1, over dt^2 [1/(kg m^4)], one a joint; empty where all sections bend
     /// alike about both.
     pub bend_extra: Vec<T>,
+    /// Entries (12), (13) and (23) of the bend-twist compliance in its rows' frame, over dt^2 [1/(kg m^4)], one a joint; empty where all
+    /// joints are elastic.
+    pub bend_couplings: Vec<Vec3<T>>,
     /// Compliance along d2 of bodies a less that along their d1, over dt^2 [1/kg], one a joint; empty where all joints yield
     /// alike along both.
     pub shear_extra: Vec<T>,
@@ -187,13 +203,14 @@ impl<T: Real> System<T> {
         };
         let (bodies, joints) = (vec![body; topology.bodies()], vec![joint; topology.joints.len()]);
         let (across, bend_extra, shear_extra, frames) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { topology, bodies, joints, across, bend_extra, shear_extra, frames }
+        Self { topology, bodies, joints, across, bend_extra, bend_couplings: Vec::new(), shear_extra, frames }
     }
 
     /// Whether joints have anything beyond those of round rods that are joined on their axes and measured from each other.
     #[inline(always)]
     pub(crate) fn has_beyond(&self) -> bool {
-        self.across.len() | self.bend_extra.len() | self.shear_extra.len() | self.frames.len() != 0
+        let lists = self.across.len() | self.bend_extra.len() | self.shear_extra.len() | self.frames.len();
+        lists | self.bend_couplings.len() != 0
     }
 
     /// Frame of a joint's bend-twist rows.
@@ -223,7 +240,7 @@ impl<T: Real> System<T> {
         }
     }
 
-    /// alpha~ of a joint's bend-twist rows: about d1, d2 and d3 of their frame.
+    /// alpha~ of a joint's bend-twist rows: about d1, d2 and d3 of their frame, without [`System::bend_couplings`].
     #[inline(always)]
     pub fn bend_twist_compliance(&self, j: usize) -> Vec3<T> {
         let terms = &self.joints[j];
@@ -240,9 +257,13 @@ impl<T: Real> System<T> {
             Some(frame) => frame.axis(),
         };
         let alike = terms.bend_compliance(axis);
-        match self.bend_extra.get(j) {
+        let plain = match self.bend_extra.get(j) {
             None => alike,
             Some(&extra) => alike + terms.second_bending(self.frame(j), extra),
+        };
+        match self.bend_couplings.get(j) {
+            None => plain,
+            Some(&couplings) => plain + terms.couplings(self.frame(j), couplings),
         }
     }
 

@@ -199,7 +199,8 @@ fn holds(model: &Model) -> (Vec<bool>, Vec<usize>) {
 /// Bits of all numbers of a state.
 fn bits(state: &State) -> impl Iterator<Item = u64> {
     let vectors = [&state.positions, &state.velocities, &state.angular_velocities].into_iter().flatten().flatten();
-    vectors.chain(state.orientations.iter().flat_map(|q| &q.coords)).map(|x| x.to_bits())
+    let remembered = state.internals.iter().flat_map(|own| own.strain.iter().chain(own.parts.iter().flatten()));
+    vectors.chain(state.orientations.iter().flat_map(|q| &q.coords)).chain(remembered).map(|x| x.to_bits())
 }
 
 /// Goes on from the middle of a run: an error where it ends elsewhere.

@@ -56,6 +56,8 @@ struct Draft {
     steps: usize,
     /// Whether segments touch each other.
     touches: bool,
+    /// Whether joints may have laws.
+    is_newton: bool,
     rods: Vec<Drawn>,
     /// Segments that may still be drawn.
     room: usize,
@@ -70,7 +72,7 @@ impl Draft {
         // Parts of the time in which something falls by its size.
         let dt = short(random.even_log(0.01, 0.1) * (size / 10.0).sqrt());
         let (text, files, rods) = (String::new(), Vec::new(), Vec::new());
-        Self { random, text, files, size, dt, steps, touches: false, rods, room: 60, lowest: 0.0 }
+        Self { random, text, files, size, dt, steps, touches: false, is_newton: false, rods, room: 60, lowest: 0.0 }
     }
 
     /// End of the run [s].
@@ -82,6 +84,7 @@ impl Draft {
         let weightless = self.random.chance(0.15);
         self.touches = self.random.chance(0.6);
         let method = self.method();
+        self.is_newton = method.formulation == Formulation::Newton;
         if weightless {
             put!(self, "gravity_m_s2 = [0, 0, 0]");
         } else if self.random.chance(0.08) {

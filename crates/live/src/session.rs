@@ -100,6 +100,7 @@ impl<'a> Session<'a> {
             orientations: vec![Default::default(); model.segments.len()],
             velocities: vec![Vector3::zeros(); model.segments.len()],
             angular_velocities: vec![Vector3::zeros(); model.segments.len()],
+            internals: Vec::new(),
         };
         simulation.store(&mut state);
         let start = Moment { time: simulation.time(), snapshot: simulation.snapshot(), course: course.clone() };

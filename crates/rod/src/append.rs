@@ -1,7 +1,7 @@
 //! Several models and their states as one.
 
 use crate::part::with_motions;
-use crate::{Body, Changing, Driven, Joint, Load, Model, Motion, Segment, SlidingJoint, State};
+use crate::{Body, Changing, Driven, InelasticJoint, Joint, Load, Model, Motion, Segment, SlidingJoint, State};
 
 impl Model {
     /// Adds another model beside this one: its segments, joints, anchors, loads and motions, and what of its loads changes
@@ -28,6 +28,7 @@ impl Model {
             loads: _,
             motions,
             sliding_joints,
+            laws,
             open,
             changes,
             gravity: _,
@@ -45,6 +46,8 @@ impl Model {
             holder: moved(own.holder),
             ..own.clone()
         }));
+        let joints = self.joints.len() - joints.len();
+        self.laws.extend(laws.iter().map(|own| InelasticJoint { joint: own.joint + joints, law: own.law.clone() }));
         self.open.extend(open.iter().map(|anchor| anchor + anchors));
         // What one motion drives goes on as one rigid body: each model keeps motions of its own.
         let motions = with_motions(motions, Motion::clone);
@@ -81,6 +84,7 @@ impl State {
         self.orientations.extend(&other.orientations);
         self.velocities.extend(&other.velocities);
         self.angular_velocities.extend(&other.angular_velocities);
+        self.internals.extend_from_slice(&other.internals);
     }
 }
 

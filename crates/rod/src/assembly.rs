@@ -1,14 +1,15 @@
 //! Building a model and its first state from rods, branches and clamps.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
 use crate::{
-    Air, Body, Damping, Freedom, InnerDamping, Joint, Load, Material, Model, ModelError, Mount, Pose, RigidBody,
-    Section, Segment, State, Stiffness, Stretch,
+    Air, Body, Damping, Freedom, InelasticJoint, InnerDamping, Joint, JointLaw, Load, Material, Model, ModelError,
+    Mount, Pose, RigidBody, Section, Segment, State, Stiffness, Stretch,
 };
 
 mod copies;
@@ -23,12 +24,14 @@ struct Half {
 }
 
 /// What a segment is made of, for the joints to come.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct MadeOf {
     material: Material,
     stretch: Stretch,
     stiffness: Stiffness,
     inner_damping: InnerDamping,
+    /// What its joints are if not elastic.
+    law: Option<Arc<JointLaw>>,
     /// Whether a turn about the axis would make another rod of it.
     has_sides: bool,
 }
@@ -40,6 +43,7 @@ impl MadeOf {
         stretch: Stretch::ZERO_STRETCH,
         stiffness: Stiffness { stretch: 0.0, shear: 0.0, bending: [0.0; 2], torsion: 0.0 },
         inner_damping: InnerDamping::NONE,
+        law: None,
         has_sides: false,
     };
 }
@@ -98,6 +102,7 @@ impl Assembly {
                 return first..first;
             }
         };
+        let laws: Vec<Arc<JointLaw>> = spec.laws.iter().cloned().map(Arc::new).collect();
         for (i, pose) in poses.into_iter().enumerate() {
             let (radius, section) = spec.section(i);
             let strain = if spec.strains.len() == 1 { spec.strains[0] } else { spec.strains[i] };
@@ -119,6 +124,7 @@ impl Assembly {
                 stretch: spec.stretch,
                 stiffness,
                 inner_damping: spec.inner_damping,
+                law: laws.get(if laws.len() == 1 { 0 } else { i }).cloned(),
                 has_sides: spec.d1.is_some() || stiffness.bending[0] != stiffness.bending[1],
             });
             self.state.positions.push(pose.position);
@@ -132,7 +138,11 @@ impl Assembly {
             let (a, b) = (first + k, first + (k + 1) % count);
             let mut joint = self.joint([(a, 1.0), (b, 0.0)], &[self.half(a), self.half(b)]);
             joint.rest_darboux = self.current_darboux(&joint);
-            self.model.joints.push(joint);
+            let law = match (&self.made_of[a].law, &self.made_of[b].law) {
+                (Some(first), Some(second)) => Some(JointLaw::between(first, second)),
+                _ => None,
+            };
+            self.add_joint(joint, law);
             let rest = match &spec.rest {
                 RestShape::Initial => continue,
                 RestShape::Straight => Vector3::zeros(),
@@ -220,8 +230,15 @@ impl Assembly {
         if joint.bend_extra != 0.0 {
             joint.measure_from_rest(1.0);
         }
-        self.model.joints.push(joint);
+        self.add_joint(joint, self.made_of[b].law.clone());
         self
+    }
+
+    fn add_joint(&mut self, joint: Joint, law: Option<Arc<JointLaw>>) {
+        if let Some(law) = law {
+            self.model.laws.push(InelasticJoint { joint: self.model.joints.len(), law });
+        }
+        self.model.joints.push(joint);
     }
 
     /// Adds a rigid body at `pose`, at rest (velocities zero), and returns the index of its segment.
@@ -250,7 +267,7 @@ impl Assembly {
         let [q_a, q_b] = [segment, body].map(|i| self.state.orientations[i]);
         let mount = Mount { across: [Vector2::zeros(), place.xy()] };
         let rest_frames = [UnitQuaternion::identity(), q_b.inverse() * q_a];
-        self.model.joints.push(Joint { mount: Some(mount), rest_frames, ..joint });
+        self.add_joint(Joint { mount: Some(mount), rest_frames, ..joint }, self.made_of[segment].law.clone());
         self
     }
 
@@ -368,7 +385,7 @@ impl Assembly {
         let own = (own, side * length);
         let ends = if side < 0.0 { [(anchor, 0.0), own] } else { [own, (anchor, 0.0)] };
         let joint = self.composed(ends, &[self.half(segment)], segment);
-        self.model.joints.push(Joint { rest_darboux: rest, ..joint });
+        self.add_joint(Joint { rest_darboux: rest, ..joint }, self.made_of[segment].law.clone());
         self
     }
 

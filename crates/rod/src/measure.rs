@@ -4,7 +4,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::darboux::darboux;
-use crate::{Body, Freedom, Joint, Model, Segment, State};
+use crate::{Body, Freedom, InelasticJoint, InternalVariables, Joint, Model, Segment, State};
 
 /// Energies [J].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,7 +65,13 @@ pub fn bend_strain(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> 
     }
 }
 
-/// Energies of a state. Torques have no potential and are left out, as what inner damping takes; a compliance of zero stores
+/// Work that joints with laws have lost so far [J].
+pub fn dissipated(model: &Model, state: &State) -> f64 {
+    let of = |(own, at): (&InelasticJoint, &InternalVariables)| model.joints[own.joint].length * at.dissipated;
+    model.laws.iter().zip(&state.internals).map(of).sum()
+}
+
+/// Energies of a state; of joints with laws what they store. Torques have no potential and are left out, as what inner damping takes; a compliance of zero stores
 /// no energy.
 pub fn energy(model: &Model, state: &State) -> Energy {
     let mut energy = Energy::default();
@@ -82,7 +88,12 @@ pub fn energy(model: &Model, state: &State) -> Energy {
         energy.external -= load.force.dot(&(state.positions[load.segment] + state.axis(load.segment) * load.offset));
     }
     let quotient = |value: f64, compliance: f64| if compliance > 0.0 { value / compliance } else { 0.0 };
-    for joint in model.joints.iter().filter(|joint| !model.is_open(joint)) {
+    let mut laws = model.laws.iter().enumerate().peekable();
+    for (index, joint) in model.joints.iter().enumerate() {
+        let law = laws.next_if(|(_, own)| own.joint == index);
+        if model.is_open(joint) {
+            continue;
+        }
         let (gap, axis) = gap_and_axis(model, state, joint);
         let along = gap.dot(&axis).powi(2);
         let across = if joint.shear_extra == 0.0 {
@@ -94,6 +105,12 @@ pub fn energy(model: &Model, state: &State) -> Energy {
         };
         energy.stretch += 0.5 * quotient(along, joint.stretch_compliance) + 0.5 * across;
         let strain = bend_strain(model, state, joint);
+        if let Some((k, own)) = law {
+            let virgin = InternalVariables::default();
+            let at = state.internal(k).unwrap_or(&virgin);
+            energy.bend += joint.length * own.law.stored(&joint.bend_twist_stiffness(), &strain, at);
+            continue;
+        }
         let bending = if joint.bend_extra == 0.0 {
             quotient(strain.xy().norm_squared(), joint.bend_compliance)
         } else {

@@ -3,7 +3,9 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use crate::{Body, Carried, Change, Changing, Driven, JointForce, Load, Model, Motion, Pose, SlidingJoint, State};
+use crate::{
+    Body, Carried, Change, Changing, Driven, InelasticJoint, JointForce, Load, Model, Motion, Pose, SlidingJoint, State,
+};
 
 /// Some rods of a model without the others: see [`Model::part`].
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +16,8 @@ pub struct Part {
     pub segments: Vec<usize>,
     /// Which joint of the whole each one is, ascending.
     pub joints: Vec<usize>,
+    /// Which entry of the whole's laws each one is, ascending.
+    pub laws: Vec<usize>,
 }
 
 impl Model {
@@ -55,6 +59,10 @@ impl Model {
         let slides = |joint: &SlidingJoint| {
             Some(SlidingJoint { segments: segments_of(joint)?, holder: body(joint.holder)?, ..joint.clone() })
         };
+        let law = |own: &InelasticJoint| {
+            let joint = joints.binary_search(&own.joint).ok()?;
+            Some(InelasticJoint { joint, law: own.law.clone() })
+        };
         let change = |change: &Change| {
             let of = match change.of {
                 Changing::Gravity => Changing::Gravity,
@@ -72,6 +80,7 @@ impl Model {
             loads: loads.iter().map(load).collect(),
             motions: self.motions.iter().filter_map(driven).collect(),
             sliding_joints: self.sliding_joints.iter().filter_map(slides).collect(),
+            laws: self.laws.iter().filter_map(law).collect(),
             open: self.open.iter().filter_map(|k| of_anchor.get(k).copied()).collect(),
             changes: self.changes.iter().filter_map(change).collect(),
             gravity: self.gravity,
@@ -80,7 +89,8 @@ impl Model {
             air: self.air.clone(),
             mistake: self.mistake.clone(),
         };
-        Part { model, segments, joints }
+        let laws = (0..self.laws.len()).filter(|&k| joints.binary_search(&self.laws[k].joint).is_ok()).collect();
+        Part { model, segments, joints, laws }
     }
 
     /// The same model with all that belongs to its rods moved by `place`, from a point x to `orientation * x + position`, and
@@ -114,6 +124,7 @@ impl Part {
             orientations: pick(&whole.orientations, &self.segments),
             velocities: pick(&whole.velocities, &self.segments),
             angular_velocities: pick(&whole.angular_velocities, &self.segments),
+            internals: self.laws.iter().filter_map(|&k| whole.internals.get(k).cloned()).collect(),
         }
     }
 
@@ -132,6 +143,7 @@ impl State {
             orientations: self.orientations.iter().map(|q| turn * q).collect(),
             velocities: self.velocities.iter().map(|v| turn * v).collect(),
             angular_velocities: self.angular_velocities.iter().map(|w| turn * w).collect(),
+            internals: self.internals.clone(),
         }
     }
 }

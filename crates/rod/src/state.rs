@@ -2,6 +2,8 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::InternalVariables;
+
 /// What moves: arrays with one entry a segment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
@@ -13,6 +15,8 @@ pub struct State {
     pub velocities: Vec<Vector3<f64>>,
     /// Angular velocities w in world axes [rad/s], angle over time also where a segment turns far in a step.
     pub angular_velocities: Vec<Vector3<f64>>,
+    /// What joints with laws remember, in the order of [`crate::Model::laws`]; empty before the first step.
+    pub internals: Vec<InternalVariables>,
 }
 
 impl State {

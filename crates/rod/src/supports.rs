@@ -56,6 +56,7 @@ impl Model {
 
     /// Makes a joint a ball joint: it holds places together and turns freely. An index that is none changes nothing.
     pub fn pin(&mut self, joint: usize) {
+        self.laws.retain(|own| own.joint != joint);
         if let Some(joint) = self.joints.get_mut(joint) {
             joint.freedom = Freedom::Ball;
         }
@@ -65,6 +66,7 @@ impl Model {
     /// the joint was at rest. The anchor becomes the joint's body a, its d3 along the axis. Between two segments the axis is
     /// the first one's own, whatever `axis` says. An index that is none changes nothing.
     pub fn hinge(&mut self, joint: usize, axis: &Vector3<f64>) {
+        self.laws.retain(|own| own.joint != joint);
         let Some(joint) = self.joints.get_mut(joint) else { return };
         let mut rest = joint.rest_rotation();
         let anchor = match (joint.a, joint.b) {
@@ -104,9 +106,12 @@ impl Model {
 
     /// Adds springs to a joint, in series with what it yields already. A hinge with a finite stiffness of twist is held by
     /// that spring about its axis, and no longer free. Where springs along the three axes differ, an anchor becomes the joint's
-    /// body a: what slides moves along axes that the anchor holds, for any stroke, and no moment of the gap is left out. An index
-    /// that is none changes nothing.
+    /// body a: what slides moves along axes that the anchor holds, for any stroke, and no moment of the gap is left out. A joint
+    /// with a law that springs let turn is elastic from then on. An index that is none changes nothing.
     pub fn soften(&mut self, joint: usize, springs: &Springs) {
+        if springs.moment.iter().any(|stiffness| stiffness.is_finite()) {
+            self.laws.retain(|own| own.joint != joint);
+        }
         let Some(joint) = self.joints.get_mut(joint) else { return };
         let [across, sideways, along] = springs.force;
         if (across != sideways || across != along) && matches!(joint.b, Body::Anchor(_)) {

@@ -97,6 +97,7 @@ impl Model {
             finite("load", i, "torque", l.torque.as_slice())?;
         }
         self.validate_sliding_joints()?;
+        self.validate_laws()?;
         finite("model", 0, "gravity", self.gravity.as_slice())?;
         not_negative("model", 0, "linear damping", self.damping.linear)?;
         not_negative("model", 0, "angular damping", self.damping.angular)?;
@@ -170,6 +171,7 @@ impl Model {
         if let Some(&found) = sizes.iter().find(|&&n| n != expected) {
             return Err(ModelError::StateSize { found, expected });
         }
+        self.validate_internals(state)?;
         for index in 0..expected {
             let vectors = [
                 ("position", state.positions[index].as_slice()),

@@ -37,6 +37,7 @@ const FILES: &[(&str, &str)] = files![
     "zip-line",
     "winch",
     "tendon-robot",
+    "bent-wire",
     "knot",
     "small-cantilever",
     "elastica",

@@ -125,6 +125,11 @@ pub(crate) fn feeds(builder: &mut Builder, source: &Source, entries: &[Spanned<f
                 "goes with a rod that has no held segments; hold its faces, or set `store = false`",
             );
         }
+        if is_stored && joint.has_laws(model) {
+            let which =
+                "goes with an elastic rod, without `yield`, `strand_friction` and `relaxation`; or set `store = false`";
+            return source.wrong(entry.span(), which);
+        }
         let start = joint.start;
         let is_behind = |other: &SlidingJoint| other.segments == segments && other.start < start;
         if is_stored && model.sliding_joints.iter().any(is_behind) {

@@ -30,6 +30,7 @@ mod given;
 mod grips;
 mod heap;
 mod hung;
+mod law;
 mod load;
 mod measures;
 mod mesh;

@@ -11,6 +11,7 @@ use crate::builder::{Builder, Spot, check_fraction};
 use crate::error::{Result, Source};
 use crate::grips::Grips;
 use crate::heap::Heap;
+use crate::law::laws;
 use crate::motion::{Prepared, track};
 use crate::refine::mean;
 use crate::shape::number_or;
@@ -150,6 +151,7 @@ fn spec(builder: &mut Builder, source: &Source, rod: &format::Rod, branch_of: Op
         ..RodSpec::new(nodes, 0.0, material)
     };
     spec.strains = strains(source, rod, &spec)?;
+    spec.laws = laws(source, rod, &spec, parts)?;
     Ok(spec)
 }
 

@@ -18,6 +18,7 @@ mod exports;
 mod files;
 mod going_on;
 mod held;
+mod inelastic;
 mod keep;
 mod kept_scene;
 mod learned_start;

@@ -16,6 +16,7 @@ use crate::braked::Braked;
 use crate::coarse::TooCoarse;
 use crate::files::Written;
 use crate::held::Hold;
+use crate::inelastic::Inelastic;
 use crate::measured::Measured;
 use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::reached::Reached;
@@ -156,6 +157,9 @@ pub(crate) struct Summary {
     /// Where eyelets were along their rods and how they pressed, over all steps; missing in scenes without any.
     #[serde(skip_serializing_if = "Option::is_none")]
     eyelets: Option<OfProbes>,
+    /// What joints that are not elastic lost and kept; missing where all are elastic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inelastic: Option<Inelastic>,
     /// What was held otherwise than the scene says, or was taken hold of on the way.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     held: Vec<Hold>,
@@ -248,6 +252,7 @@ impl Summary {
             sharp_joint: SharpJoint::of(scene, &measured.sharpest),
             probes: None,
             eyelets: None,
+            inelastic: Inelastic::of(scene, state),
             held: held.collect(),
             final_state_hash: hash(state),
         }
@@ -310,6 +315,9 @@ impl Summary {
         let joules = |energy: f64| number(unless_noise(energy, self.energies().fold(self.energy_scale_j, f64::max)));
         let [start, end, highest] = [self.energy_start_j, self.energy_end_j, self.energy_highest_j].map(joules);
         say!("energy: {start} J at the start, {end} J at the end, {highest} J at its highest")?;
+        if let Some(inelastic) = &self.inelastic {
+            say!("{inelastic}")?;
+        }
         if let Some(swing) = &self.too_coarse {
             say!("{swing}")?;
         }

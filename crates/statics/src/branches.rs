@@ -17,7 +17,7 @@ use rod::{Model, State, measure};
 use super::balance::{Balance, Direction, Place};
 use super::contact::Contacts;
 use super::{StaticParams, StaticParamsError, is_windy, newton};
-use crate::error::{StaticError, without_contacts, without_eyelets};
+use crate::error::{StaticError, only_elastic, without_contacts};
 
 /// How equilibria are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,7 +86,7 @@ pub fn branches(model: &Model, state: &State, params: &BranchParams) -> Result<B
     if params.most == 0 {
         return Err(StaticParamsError { name: "most", value: 0.0, allowed: "> 0" }.into());
     }
-    without_eyelets(model, "the search for several equilibria")?;
+    only_elastic(model, "the search for several equilibria")?;
     without_contacts(model, "the search for several equilibria")?;
     if is_windy(model) {
         return Err(StaticError::Branches("a scene without wind, whose drag has no energy"));

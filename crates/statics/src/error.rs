@@ -29,6 +29,9 @@ pub enum StaticError {
     /// Eyelets where nothing knows of them.
     #[error("{0} knows no eyelets, but the model has some; run it with damping instead")]
     Sliding(&'static str),
+    /// Joints with laws where nothing knows of them.
+    #[error("{0} knows elastic joints alone, but joint {1} of the model has a law; run it with damping instead")]
+    Inelastic(&'static str, usize),
     /// Forces push what nothing holds.
     #[error(
         "an equilibrium needs grips, clamps or fixed segments, but nothing holds the rods of segment {segment}, and their \
@@ -59,8 +62,11 @@ pub enum StaticError {
     },
 }
 
-/// Refuses a model with rods that run through eyelets for `what`, which knows none.
-pub(super) fn without_eyelets(model: &Model, what: &'static str) -> Result<(), StaticError> {
+/// Refuses a model with rods that run through eyelets, or with joints that are not elastic, for `what`, which knows none.
+pub(super) fn only_elastic(model: &Model, what: &'static str) -> Result<(), StaticError> {
+    if let Some(own) = model.laws.first() {
+        return Err(StaticError::Inelastic(what, own.joint));
+    }
     if model.sliding_joints.is_empty() { Ok(()) } else { Err(StaticError::Sliding(what)) }
 }
 

@@ -46,7 +46,7 @@ const MOST_IN_WIND: usize = 300;
 pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> Result<StaticReport, StaticError> {
     model.validate(state)?;
     params.validate()?;
-    error::without_eyelets(model, "static analysis")?;
+    error::only_elastic(model, "static analysis")?;
     contact::refuse_unknown(model)?;
     state.velocities.fill(nalgebra::Vector3::zeros());
     state.angular_velocities.fill(nalgebra::Vector3::zeros());

@@ -20,7 +20,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use rod::{Model, State};
 
 use self::krylov::{Field, Masses, Pair};
-use crate::error::{StaticError, without_contacts, without_eyelets};
+use crate::error::{StaticError, only_elastic, without_contacts};
 use crate::{StaticParams, StaticReport, equilibrium};
 
 /// A natural mode.
@@ -105,7 +105,7 @@ pub fn modes_telling(
     params: &StaticParams,
     tell: &mut dyn FnMut(usize) -> bool,
 ) -> Result<Modes, StaticError> {
-    without_eyelets(model, "modal analysis")?;
+    only_elastic(model, "modal analysis")?;
     without_contacts(model, "modal analysis")?;
     let equilibrium = equilibrium(model, state, params)?;
     let mut modes = Vec::new();

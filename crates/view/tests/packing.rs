@@ -50,7 +50,7 @@ fn any_state(segments: usize) -> impl Strategy<Value = State> {
     poses.prop_map(move |poses| {
         let (positions, orientations) = poses.into_iter().unzip();
         let still = vec![Vector3::zeros(); segments];
-        State { positions, orientations, velocities: still.clone(), angular_velocities: still }
+        State { positions, orientations, velocities: still.clone(), angular_velocities: still, internals: Vec::new() }
     })
 }
 

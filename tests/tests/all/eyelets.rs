@@ -62,7 +62,7 @@ fn a_winch_lowers_a_load_and_hoists_it() {
         lowest = lowest.min(last.place);
         assert!(last.force.norm() < 500.0, "{last:?}");
         // The rope reaches no farther than what is outside, and mostly as far.
-        let reach = state.positions[49].norm() / (2.5 - last.place - 0.025);
+        let reach = state.positions[50].norm() / (2.5 - last.place - 0.025);
         assert!(reach < 1.0 + 1e-6, "{reach}");
         taut += usize::from(reach > 0.995);
     });

@@ -103,6 +103,7 @@ fn moved(state: &State, turn: &UnitQuaternion<f64>, shift: &Vector3<f64>) -> Sta
         orientations: state.orientations.iter().map(|q| turn * q).collect(),
         velocities: state.velocities.iter().map(|v| turn * v).collect(),
         angular_velocities: state.angular_velocities.iter().map(|w| turn * w).collect(),
+        internals: state.internals.clone(),
     }
 }
 
@@ -337,6 +338,7 @@ fn a_cut_rod_moves_as_its_pieces() {
             orientations: state.orientations[range.clone()].to_vec(),
             velocities: state.velocities[range.clone()].to_vec(),
             angular_velocities: state.angular_velocities[range].to_vec(),
+            internals: Vec::new(),
         };
         run(&piece, &state, &Settings::default(), 0.02, 20).1
     };

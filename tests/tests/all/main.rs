@@ -2,6 +2,7 @@
 
 mod auto;
 mod bdf2;
+mod bent_wire;
 mod bodies;
 mod branches;
 mod cables;

@@ -16,9 +16,9 @@ fn left_out(needs: &Needs) -> Vec<&str> {
 fn what_is_left_out_is_never_done() {
     for known in builtins() {
         let scene = builtin(known.name).unwrap();
-        // Eyelets are for one formulation alone.
-        let slides = !scene.model.sliding_joints.is_empty();
-        for formulation in Formulation::ALL.into_iter().filter(|of| of.momentum() || !slides) {
+        // Eyelets and joints that are not elastic are for one formulation alone.
+        let is_newton = !scene.model.sliding_joints.is_empty() || !scene.model.laws.is_empty();
+        for formulation in Formulation::ALL.into_iter().filter(|of| of.momentum() || !is_newton) {
             let needs = needs(&scene, formulation, 2);
             let done: Vec<_> = needs.left_out.iter().filter(|part| part.count > 0).collect();
             assert!(done.is_empty(), "{}, {formulation}: {done:?}", known.name);

@@ -10,6 +10,7 @@ mod driven;
 mod feeds;
 mod grips;
 mod guess;
+mod inelastic;
 mod islands;
 mod joint_forces;
 mod lanes;

@@ -215,6 +215,7 @@ mod tests {
                 positions: vectors.clone(),
                 velocities: vectors.clone(),
                 angular_velocities: vectors,
+                internals: Vec::new(),
             };
             writer.push(&state, &[], frame as f64).unwrap();
         }

@@ -22,6 +22,7 @@ fn state(segments: usize, frame: usize) -> State {
         orientations: (0..segments).map(quaternion).collect(),
         velocities: vector(7),
         angular_velocities: vector(10),
+        internals: Vec::new(),
     }
 }
 

@@ -37,6 +37,8 @@ pub struct Operator {
     bodies: Vec<Mobility>,
     /// Per joint: d2 of body a, and what alpha~ has along it beyond that along d1; empty where no joint has it.
     second_shear: Vec<(Vec3<f64>, f64)>,
+    /// Per joint: what alpha~ of bend-twist has beside its diagonal; empty where all are diagonal.
+    couplings: Vec<Vec3<f64>>,
     /// Per body: impulses, then corrections.
     scratch: Vec<Spatial<f64>>,
 }
@@ -59,6 +61,12 @@ fn scaled_by(x: Vec3<f64>, k: Vec3<f64>) -> Vec3<f64> {
     Vec3([x.0[0] * k.0[0], x.0[1] * k.0[1], x.0[2] * k.0[2]])
 }
 
+/// A symmetric matrix without a diagonal, of these entries (12), (13) and (23), times a vector.
+#[inline(always)]
+fn coupled(Vec3([of_12, of_13, of_23]): Vec3<f64>, Vec3([x, y, z]): Vec3<f64>) -> Vec3<f64> {
+    Vec3([of_12 * y + of_13 * z, of_12 * x + of_23 * z, of_13 * x + of_23 * y])
+}
+
 impl Operator {
     /// Memory for systems of this connectivity.
     pub fn new(topology: &Topology) -> Self {
@@ -70,6 +78,7 @@ impl Operator {
             joints: vec![joint; topology.joints.len()],
             bodies: vec![body; topology.bodies()],
             second_shear: Vec::new(),
+            couplings: Vec::new(),
             scratch: vec![Spatial::zero(); topology.bodies()],
         }
     }
@@ -102,12 +111,13 @@ impl Operator {
         }
         self.second_shear.clear();
         self.second_shear.extend((0..system.shear_extra.len()).filter_map(|k| system.second_shear(k)));
+        self.couplings.clone_from(&system.bend_couplings);
     }
 
     /// `out = A x`; returns `x^T A x`. One entry a joint.
     #[inline(always)]
     pub fn apply(&mut self, topology: &Topology, x: &[Spatial<f64>], out: &mut [Spatial<f64>]) -> f64 {
-        let Self { joints, bodies, second_shear, scratch } = self;
+        let Self { joints, bodies, second_shear, couplings, scratch } = self;
         scratch.fill(Spatial::zero());
         for ((rows, x), &[a, b]) in joints.iter().zip(x).zip(&topology.joints) {
             let torque = times_transposed(&rows.g, x.angular);
@@ -132,6 +142,11 @@ impl Operator {
                 angular: times(&rows.g, on_b.angular - on_a.angular) + scaled_by(x.angular, rows.bend),
             };
             product += x.dot(*out);
+        }
+        for ((&couplings, x), out) in couplings.iter().zip(x).zip(out.iter_mut()) {
+            let coupled = coupled(couplings, x.angular);
+            out.angular += coupled;
+            product += coupled.dot(x.angular);
         }
         for ((&(d2, extra), x), out) in second_shear.iter().zip(x).zip(out) {
             let along = d2.dot(x.linear);
@@ -158,6 +173,12 @@ impl Operator {
                 block[3 + c][3 + r] = Vec3(rows.g[r]).dot(turned);
             }
             block[3 + c][3 + c] += rows.bend.0[c];
+        }
+        if let Some(&Vec3(couplings)) = self.couplings.get(joint) {
+            for ([r, c], value) in [[3, 4], [3, 5], [4, 5]].into_iter().zip(couplings) {
+                block[r][c] += value;
+                block[c][r] += value;
+            }
         }
         let mixed = [block[3], block[4], block[5]];
         for (r, row) in block.iter_mut().enumerate().take(3) {

@@ -3,10 +3,10 @@
 //! Work is that of gravity and loads, of what is held on its way, of obstacles that move, and at most that of the wind. Implicit
 //! Euler takes energy from whatever is convex; what it may give beside is of second order in the step's turns, `(F r + M)
 //! turn^2` of each joint, and of the tolerances. What is stored in joints that yield little is that of their forces: their
-//! gaps are below the tolerance.
+//! gaps are below the tolerance. Joints with laws count with what can be had back of them.
 
 use cosserat::simulation::{Status, StepParams, Touched};
-use cosserat::state::{Body, Joint, JointForce, Model, Pose, Segment, State, measure};
+use cosserat::state::{Body, InelasticJoint, Joint, JointForce, Model, Pose, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::law::{Law, Violation};
@@ -34,6 +34,8 @@ struct Stored {
 }
 
 fn stored(model: &Model, state: &State, forces: &[JointForce]) -> Stored {
+    // Before the first step they are those of rest.
+    let internals = (0..model.laws.len()).map(|k| state.internals.get(k).cloned().unwrap_or_default());
     let free = model.segments.iter().enumerate().filter(|(_, segment)| !segment.fixed);
     let moving: f64 = free.map(|(i, segment)| 0.5 * segment.mass() * state.velocities[i].norm_squared()).sum();
     // Joints between what is held at both ends do nothing to what moves freely.
@@ -41,18 +43,26 @@ fn stored(model: &Model, state: &State, forces: &[JointForce]) -> Stored {
         Body::Segment(i) => model.segments[i].fixed,
         Body::Anchor(_) => true,
     };
-    let (mut own, mut joints) = (Model { joints: Vec::new(), loads: Vec::new(), ..model.clone() }, 0.0);
-    for (joint, force) in model.joints.iter().zip(forces) {
+    let nothing = Model { joints: Vec::new(), loads: Vec::new(), laws: Vec::new(), ..model.clone() };
+    let (mut own, mut joints) = (nothing, 0.0);
+    let mut state = State { internals: Vec::new(), ..state.clone() };
+    let mut laws = model.laws.iter().zip(internals).peekable();
+    for (index, (joint, force)) in model.joints.iter().zip(forces).enumerate() {
+        let law = laws.next_if(|(law, _)| law.joint == index);
         if model.is_open(joint) || is_held(joint.a) && is_held(joint.b) {
             continue;
         }
         if is_rigid(joint) {
             // In the place of what gaps within the tolerance would store.
-            joints += elastic(model, state, joint, &force.force) - gap(model, state, joint);
+            joints += elastic(model, &state, joint, &force.force) - gap(model, &state, joint);
+        }
+        if let Some((law, at)) = law {
+            own.laws.push(InelasticJoint { joint: own.joints.len(), law: law.law.clone() });
+            state.internals.push(at);
         }
         own.joints.push(*joint);
     }
-    let energy = measure::energy(&own, state);
+    let energy = measure::energy(&own, &state);
     joints += energy.bend + energy.stretch;
     let kinetic = energy.kinetic;
     Stored { kinetic, turning: (kinetic - moving).max(0.0), joints }

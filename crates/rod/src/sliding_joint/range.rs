@@ -32,6 +32,12 @@ impl SlidingJoint {
         joined.fold(last, usize::min)
     }
 
+    /// Whether joints of its rod have laws that are not elastic.
+    pub fn has_laws(&self, model: &Model) -> bool {
+        let is_own = |body: Body| matches!(body, Body::Segment(i) if self.segments.contains(&i));
+        model.laws.iter().filter_map(|law| model.joints.get(law.joint)).any(|joint| is_own(joint.a) && is_own(joint.b))
+    }
+
     /// Checks the feed.
     pub(crate) fn validate_feed(&self, model: &Model, index: usize) -> Result<(), ModelError> {
         let Some(feed) = &self.feed else { return Ok(()) };
@@ -63,6 +69,9 @@ impl SlidingJoint {
         }
         if feed.is_stored && model.segments[self.segments.clone()].iter().any(|segment| segment.fixed) {
             return value("fixed segments", 1.0, "0 in a rod that is stored");
+        }
+        if feed.is_stored && self.has_laws(model) {
+            return value("laws of joints", 1.0, "0 in a rod that is stored");
         }
         let twice = model.sliding_joints.iter().enumerate().any(|(other, joint)| {
             let is_one = other != index && joint.segments == self.segments;

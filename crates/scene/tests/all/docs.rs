@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../../README.md");
 const RECIPES: &str = include_str!("../../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 63] = [
+const PROBES: [&str; 66] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -71,6 +71,9 @@ const PROBES: [&str; 63] = [
     "rods = [{ pieces = [{ zzz = 1 }] }]",
     "rods = [{ frame.zzz = 1 }]",
     "rods = [{ inner_damping.zzz = 1 }]",
+    "rods = [{ yield.zzz = 1 }]",
+    "rods = [{ strand_friction.zzz = 1 }]",
+    "rods = [{ relaxation = [{ zzz = 1 }] }]",
 ];
 
 #[test]
@@ -103,7 +106,7 @@ fn the_examples_are_scenes() {
             scenes += 1;
         }
     }
-    assert_eq!(scenes, 13);
+    assert_eq!(scenes, 14);
 }
 
 /// Every recipe is a scene; the tables that it names stand below it.
@@ -128,7 +131,7 @@ fn the_recipes_are_scenes() {
         }
         scenes += 1;
     }
-    assert_eq!(scenes, 11);
+    assert_eq!(scenes, 12);
 }
 
 #[test]

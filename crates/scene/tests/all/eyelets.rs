@@ -101,6 +101,8 @@ fn a_feed_has_a_store() {
     assert!(held.contains("eyelets[0].feed: goes with a rod that has no held segments"), "{held}");
     let clamped = error(&format!("clamp = [\"start-face\"]\n{eyelet}{feed}"));
     assert!(clamped.contains("eyelets[0].at: must be at most 0.05 m along the rod"), "{clamped}");
+    let yields = error(&format!("yield = {{ stress_pa = 1e6, hardening_isotropic = 0.1 }}\n{eyelet}{feed}"));
+    assert!(yields.contains("eyelets[0].feed: goes with an elastic rod, without `yield`"), "{yields}");
     let rough = error(&format!("{eyelet}friction = 0.1\n{feed}"));
     assert!(rough.contains("eyelets[0].friction: does not go with `feed`"), "{rough}");
     let behind = error(&format!("{eyelet}{feed}[[eyelets]]\nat = {{ rod = \"rope\", segment = 2 }}\n"));

@@ -6,6 +6,7 @@ mod docs;
 mod errors;
 mod eyelets;
 mod grips;
+mod laws;
 mod mangled;
 mod meaning;
 mod meshes;

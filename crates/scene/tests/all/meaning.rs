@@ -27,7 +27,9 @@ fn names_and_ranges() {
     let net: Vec<_> = net.iter().map(String::as_str).collect();
     let curved = ["helix", "arc", "ring"];
     let own = ["knot", "cable", "strip", "mast", "stack/0", "stack/1"];
-    let parts = [&["trunk"], &grown[..], &["rod-1", "twig"], &sapling, &curved, &strands, &own, &ropes, &copies, &net];
+    let inelastic = ["wire", "thin-wire", "stranded", "polymer"];
+    let parts = [&["trunk"], &grown[..], &["rod-1", "twig"], &sapling, &curved, &strands, &own, &inelastic];
+    let parts = [&parts[..], &[&ropes, &copies, &net]].concat();
     assert_eq!(names, parts.concat());
     assert_eq!(scene.obstacles, ["obstacle-0", "ball", "obstacle-2", "obstacle-3", "obstacle-4", "obstacle-5"]);
     assert_eq!(scene.rods[8].segments, 31..36);
@@ -243,7 +245,7 @@ fn rods_of_a_heap_lie_level_one_above_the_other_and_point_anywhere() {
 #[test]
 fn ropes_of_a_net_meet_where_they_cross() {
     let scene = everything();
-    let net = 27..34;
+    let net = 31..38;
     let (ropes, model) = (&scene.rods[net.clone()], &scene.model);
     let length = |rope: &scene::RodInfo| -> f64 { rope.segments.clone().map(|i| model.segments[i].length).sum() };
     assert!(ropes[..4].iter().all(|rope| rope.segments.len() == 4 && (length(rope) - 2.0).abs() < 1e-12));

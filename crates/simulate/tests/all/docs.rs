@@ -116,7 +116,11 @@ fn every_file_and_every_column_is_documented() {
     for key in keys(&sliding["eyelets"]["carabiner"]) {
         assert!(section("`eyelets.csv`").contains(&format!("`{key}`")), "{key}");
     }
-    let others = equilibria.iter().chain([&probed, &sliding]).flat_map(keys).chain(told);
+    let bent = json(&["bent-wire", "--steps", "150"]);
+    for key in keys(&bent["inelastic"]).into_iter().chain(keys(&bent["inelastic"]["plastic"])) {
+        assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");
+    }
+    let others = equilibria.iter().chain([&probed, &sliding, &bent]).flat_map(keys).chain(told);
     assert_named("`summary.json`", keys(&summary).into_iter().chain(others));
     for key in keys(&summary["names"]) {
         assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");

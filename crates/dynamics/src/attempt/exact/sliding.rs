@@ -170,6 +170,7 @@ impl Exact<f64> {
     pub(crate) fn judge_sliding(component: &mut Component<f64>, attempt: &mut Attempt<f64>) {
         let most = 10.0 * attempt.target;
         let Residuals { stretch, bend, .. } = attempt.residuals;
+        attempt.judge_laws(component);
         if component.choose_slip() || component.unbalanced() > most || stretch.max(bend) > most {
             attempt.error = f64::INFINITY;
         }

@@ -14,6 +14,7 @@ pub(super) struct View<'a, T, const BEYOND: bool> {
     /// Frame of the bend-twist rows.
     frame: Quat<T>,
     bend_extra: T,
+    couplings: Option<Vec3<T>>,
     /// What [`System::second_shear`] says.
     second_shear: Option<(Vec3<T>, T)>,
     axis_a: Vec3<T>,
@@ -37,6 +38,7 @@ impl<'a, T: Real, const BEYOND: bool> View<'a, T, BEYOND> {
             joint,
             frame: a.orientation,
             bend_extra: T::zero(),
+            couplings: None,
             second_shear: None,
             axis_a: a.axis,
             sign: T::splat(sign),
@@ -58,6 +60,7 @@ impl<'a, T: Real, const BEYOND: bool> View<'a, T, BEYOND> {
         }
         self.frame = system.frames.get(joint).copied().unwrap_or(self.frame);
         self.bend_extra = system.bend_extra.get(joint).copied().unwrap_or(T::zero());
+        self.couplings = system.bend_couplings.get(joint).copied();
         self.second_shear = system.second_shear(joint);
     }
 
@@ -69,6 +72,7 @@ impl<'a, T: Real, const BEYOND: bool> View<'a, T, BEYOND> {
             joint,
             frame: Quat { v: Vec3::both(qa.v, qb.v), w: Both([qa.w, qb.w]) },
             bend_extra: Both([a.bend_extra, b.bend_extra]),
+            couplings: a.couplings.zip(b.couplings).map(|(a, b)| Vec3::both(a, b)),
             second_shear: a.second_shear.zip(b.second_shear).map(|(a, b)| (Vec3::both(a.0, b.0), Both([a.1, b.1]))),
             axis_a: Vec3::both(a.axis_a, b.axis_a),
             sign: Both([a.sign, b.sign]),
@@ -79,11 +83,14 @@ impl<'a, T: Real, const BEYOND: bool> View<'a, T, BEYOND> {
 
     #[inline(always)]
     pub(super) fn terms(&self) -> NodeTerms<T> {
-        let bend = if BEYOND {
+        let mut bend = if BEYOND {
             self.joint.bend_compliance(self.frame.axis()) + self.joint.second_bending(self.frame, self.bend_extra)
         } else {
             self.joint.bend_compliance(self.axis_a)
         };
+        if let Some(couplings) = self.couplings {
+            bend += self.joint.couplings(self.frame, couplings);
+        }
         let mut stretch = self.joint.stretch_compliance(self.axis_a);
         if let Some((d2, extra)) = self.second_shear {
             stretch += Sym3::outer(d2, extra);

@@ -96,6 +96,10 @@ impl Frozen {
             same = false;
             self.rest.bend_extra.clone_from(&system.bend_extra);
         }
+        if self.rest.bend_couplings != system.bend_couplings {
+            same = false;
+            self.rest.bend_couplings.clone_from(&system.bend_couplings);
+        }
         if self.rest.shear_extra != system.shear_extra {
             same = false;
             self.rest.shear_extra.clone_from(&system.shear_extra);

@@ -1,0 +1,117 @@
+//! Joints that are not elastic: what comes of their keys, and errors.
+
+use std::f64::consts::PI;
+
+use rod::{JointLaw, MaxwellBranch, Plasticity, StrandFriction};
+
+fn with(keys: &str) -> Result<scene::Scene, String> {
+    let text = format!(
+        "[[rods]]\nname = \"wire\"\nradius_m = 0.002\nclamp = [\"start-face\"]\nshape.straight = {{ length_m = 1, segments = 10 }}\n{keys}\n"
+    );
+    scene::parse(&text, "x.toml").map_err(|error| error.to_string())
+}
+
+#[test]
+fn joints_of_a_rod_share_its_law() {
+    let plastic = |moments: [f64; 3], isotropic, kinematic| {
+        JointLaw::Plastic(Plasticity { moments: moments.into(), isotropic, kinematic })
+    };
+    let branch = |share, time| MaxwellBranch { share, time };
+    let round = 0.002_f64.powi(3) * 250e6;
+    let full = [4.0 / 3.0 * round, 4.0 / 3.0 * round, 2.0 * PI / 3.0 * round / 3.0_f64.sqrt()];
+    for (keys, law) in [
+        ("yield = { moment_n_m = 0.5, torque_n_m = 0.4 }", plastic([0.5, 0.5, 0.4], 0.0, 0.0)),
+        (
+            "yield = { stress_pa = 250e6, hardening_isotropic = 0.1, hardening_kinematic = 0.2 }",
+            plastic(full, 0.1, 0.2),
+        ),
+        (
+            "strand_friction = { moment_n_m = 0.1, stiffness_n_m2 = 2 }",
+            JointLaw::Friction(StrandFriction { moment: 0.1, stiffness: 2.0 }),
+        ),
+        (
+            "relaxation = [{ share = 0.3, time_s = 0.5 }, { share = 0.4, time_s = 10 }]",
+            JointLaw::Viscoelastic(vec![branch(0.3, 0.5), branch(0.4, 10.0)]),
+        ),
+    ] {
+        let model = with(keys).unwrap().model;
+        // Nine joints and the clamp.
+        assert_eq!(model.laws.iter().map(|own| own.joint).collect::<Vec<_>>(), (0..10).collect::<Vec<_>>(), "{keys}");
+        assert!(model.laws.iter().all(|own| *own.law == law), "{keys}: {:?}", model.laws[0].law);
+    }
+    assert!(with("").unwrap().model.laws.is_empty());
+}
+
+#[test]
+fn a_tapered_wire_yields_where_it_is_thin() {
+    let text = "[[rods]]\nradius_m = [0.002, 0.001]\nshape.straight = { length_m = 1, segments = 10 }\nyield.stress_pa = 3e8\n";
+    let model = scene::parse(text, "x.toml").unwrap().model;
+    for own in &model.laws {
+        let JointLaw::Plastic(Plasticity { moments, .. }) = own.law.as_ref() else { panic!() };
+        // The thinner of both segments counts.
+        let radius = model.segments[own.joint + 1].radius;
+        assert!((moments.x / (4e8 * radius.powi(3)) - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn what_turns_freely_or_on_springs_is_elastic() {
+    for grip in ["joint = \"ball\"", "stiffness_n_m_rad = [1, 1]"] {
+        let text = format!(
+            "[[rods]]\nshape.straight = {{ length_m = 1, segments = 10 }}\nyield.stress_pa = 3e8\n[[rods.grips]]\nat = \"end-face\"\n{grip}\n"
+        );
+        let model = scene::parse(&text, "x.toml").unwrap().model;
+        assert_eq!((model.laws.len(), model.joints.len()), (9, 10), "{grip}");
+    }
+}
+
+#[test]
+fn errors_name_the_key() {
+    for (keys, expected) in [
+        ("yield = {}", "6: rods[0].yield: give `moment_n_m` and `torque_n_m`, or `stress_pa`"),
+        ("yield = { moment_n_m = 1 }", "6: rods[0].yield: give `moment_n_m` and `torque_n_m`, or `stress_pa`"),
+        (
+            "yield = { moment_n_m = 0, torque_n_m = 1 }",
+            "6: rods[0].yield.moment_n_m = 0, but it must be finite and > 0 [N m]",
+        ),
+        (
+            "yield = { moment_n_m = 1, stress_pa = 1 }",
+            "6: rods[0].yield.stress_pa: goes without `moment_n_m` and `torque_n_m`; leave it out, or both of them",
+        ),
+        (
+            "yield = { stress_pa = 1, hardening_kinematic = -1 }",
+            "6: rods[0].yield.hardening_kinematic = -1, but it must be finite and >= 0",
+        ),
+        (
+            "section.ellipse = { width_m = 0.1, height_m = 0.1 }\nyield = { stress_pa = 1 }",
+            "7: rods[0].yield.stress_pa: is known of circles, tubes and rectangles; give `moment_n_m` and `torque_n_m` instead",
+        ),
+        ("yield.moment = 1", "6: rods[0].yield.moment is not a known key (did you mean `moment_n_m`?)"),
+        (
+            "yield.stress_pa = 1\nrelaxation = [{ share = 0.5, time_s = 1 }]",
+            "7: rods[0].relaxation: give one of `yield`, `strand_friction` and `relaxation`",
+        ),
+        ("strand_friction = { moment_n_m = 1 }", "6: rods[0].strand_friction: missing key `stiffness_n_m2`"),
+        (
+            "strand_friction = { moment_n_m = 1, stiffness_n_m2 = -2 }",
+            "6: rods[0].strand_friction.stiffness_n_m2 = -2, but it must be finite and > 0 [N m^2]",
+        ),
+        ("relaxation = []", "6: rods[0].relaxation: there must be at least one branch"),
+        ("relaxation = [{ share = 1, time_s = 1 }]", "6: rods[0].relaxation[0].share = 1, but it must be > 0 and < 1"),
+        (
+            "relaxation = [{ share = 0.5, time_s = 1 }, { share = 0.5, time_s = 1 }]",
+            "6: rods[0].relaxation[1].share = 0.5, but it must be less than 0.5: with it the shares add up to 1 or more",
+        ),
+        (
+            "relaxation = [{ share = 0.5, time_s = 0 }]",
+            "6: rods[0].relaxation[0].time_s = 0, but it must be finite and > 0 [s]",
+        ),
+        (
+            "yield.stress_pa = 1\ntree = { levels = 1, branches = 1, segments = 3 }",
+            "6: rods[0].yield: the joints of trees are elastic; leave it out",
+        ),
+    ] {
+        let error = with(keys).unwrap_err();
+        assert!(error.contains(expected), "{error}\nexpected {expected}");
+    }
+}
