@@ -52,6 +52,15 @@ impl Excluded {
     /// Whether two segments never touch in this model, as it is now.
     pub(crate) fn contains(&self, model: &Model, i: usize, j: usize) -> bool {
         let (a, b) = (&model.segments[i], &model.segments[j]);
-        a.fixed && b.fixed || a.body.is_some() && b.body.is_some() || self.0.contains(&(i.min(j), i.max(j)))
+        let is_stored = |i: usize| {
+            let stores =
+                model.sliding_joints.iter().filter(|joint| joint.feed.as_ref().is_some_and(|feed| feed.is_stored));
+            model.segments[i].fixed && stores.into_iter().any(|joint| joint.segments.contains(&i))
+        };
+        a.fixed && b.fixed
+            || is_stored(i)
+            || is_stored(j)
+            || a.body.is_some() && b.body.is_some()
+            || self.0.contains(&(i.min(j), i.max(j)))
     }
 }

@@ -18,8 +18,13 @@ pub(super) fn residual(step: &Step<'_>, violations: &mut Vec<Violation>) {
     // Rounding of places, and of multipliers of constraints that hardly yield.
     let size = state.positions.iter().map(|x| x.amax()).fold(0.0, f64::max);
     for (k, joint, force) in step.joints() {
-        // What inner damping transmits is none of the constraint's.
-        if joint.inner_damping != InnerDamping::NONE || is_stored(step, joint.a) || is_stored(step, joint.b) {
+        // What inner damping and laws transmit is none of the constraint's.
+        let is_elastic = step.model.laws.iter().all(|law| law.joint != k);
+        if joint.inner_damping != InnerDamping::NONE
+            || !is_elastic
+            || is_stored(step, joint.a)
+            || is_stored(step, joint.b)
+        {
             continue;
         }
         let found = force.residual(step.model, state, joint);
