@@ -26,7 +26,7 @@ const TRIES: u64 = 64;
 /// Scene `index` of `seed`: the same for both, whatever else was drawn. It is accepted by the reader of scene files and by
 /// the solver.
 pub fn draw(seed: u64, index: u64) -> Case {
-    let tries = (0..TRIES).map(|one| Draft::new(Random::new(seed, index * TRIES + one)).case());
+    let tries = (0..TRIES).map(|one| Draft::new(seed, index * TRIES + one).case());
     tries.into_iter().find(|case| refusal(case).is_none()).unwrap_or_else(|| {
         let text = "[[rods]]\nshape.straight = { length_m = 1, segments = 4 }\n".to_owned();
         Case { text, files: Vec::new(), method: Method::default() }
@@ -48,6 +48,8 @@ struct Drawn {
 /// A scene being drawn.
 struct Draft {
     random: Random,
+    /// What is drawn from here leaves all else of a scene as it is: features that were added to the first ones.
+    added: Random,
     text: String,
     files: Vec<(String, String)>,
     /// Size of all that is drawn [m].
@@ -66,13 +68,27 @@ struct Draft {
 }
 
 impl Draft {
-    fn new(mut random: Random) -> Self {
+    fn new(seed: u64, stream: u64) -> Self {
+        let (mut random, added) = (Random::new(seed, stream), Random::new(seed, !stream));
         let size = random.even_log(0.03, 5.0);
         let steps = random.pick(&[6, 20, 40, 60]);
         // Parts of the time in which something falls by its size.
         let dt = short(random.even_log(0.01, 0.1) * (size / 10.0).sqrt());
         let (text, files, rods) = (String::new(), Vec::new(), Vec::new());
-        Self { random, text, files, size, dt, steps, touches: false, is_newton: false, rods, room: 60, lowest: 0.0 }
+        Self {
+            random,
+            added,
+            text,
+            files,
+            size,
+            dt,
+            steps,
+            touches: false,
+            is_newton: false,
+            rods,
+            room: 60,
+            lowest: 0.0,
+        }
     }
 
     /// End of the run [s].
@@ -210,10 +226,11 @@ impl Draft {
         let (name, segments) = self.random.pick(&open.iter().collect::<Vec<_>>()).clone();
         let (segment, fraction) = (self.random.whole(0, segments - 1), self.random.uniform(0.0, 1.0));
         put!(self, "\n[[eyelets]]\nat = {{ rod = \"{name}\", segment = {segment}, fraction = {fraction:?} }}");
-        match self.random.whole(0, 9) {
-            0..=5 => put!(self, "friction = {:?}", self.random.uniform(0.0, 0.6)),
-            6..=7 => self.feed(),
-            _ => {}
+        let friction = self.random.chance(0.6).then(|| self.random.uniform(0.0, 0.6));
+        if self.added.chance(0.2) {
+            self.feed();
+        } else if let Some(friction) = friction {
+            put!(self, "friction = {friction:?}");
         }
         let others: Vec<_> = open.iter().filter(|(other, _)| *other != name).collect();
         if !others.is_empty() && self.random.chance(0.3) {
@@ -224,11 +241,11 @@ impl Draft {
 
     /// What drives a rod through an eyelet, out of a store or not.
     fn feed(&mut self) {
-        let mut keys = format!("speed_m_s = {:?}", self.size * self.random.uniform(-0.5, 0.5));
-        if self.random.chance(0.5) {
-            keys += &format!(", max_force_n = {:?}", self.random.uniform(0.0, 100.0));
+        let mut keys = format!("speed_m_s = {:?}", self.size * self.added.uniform(-0.5, 0.5));
+        if self.added.chance(0.5) {
+            keys += &format!(", max_force_n = {:?}", self.added.uniform(0.0, 100.0));
         }
-        if self.random.chance(0.3) {
+        if self.added.chance(0.3) {
             keys += ", store = false";
         }
         put!(self, "feed = {{ {keys} }}");
@@ -248,7 +265,7 @@ mod tests {
 
     #[test]
     fn most_first_tries_are_accepted_and_others_say_that_places_are_taken() {
-        let refusal = |index| refusal(&Draft::new(Random::new(7, index * TRIES)).case());
+        let refusal = |index| refusal(&Draft::new(7, index * TRIES).case());
         let refused: Vec<String> = (0..300).filter_map(refusal).collect();
         let other: Vec<_> = refused
             .iter()

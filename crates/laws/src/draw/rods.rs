@@ -206,25 +206,25 @@ impl Draft {
 
     /// Joints that are not elastic, which yield or slip under a share of the moment of the rod's own weight, or many times it.
     fn law(&mut self, weight: f64) {
-        if !self.is_newton || !self.random.chance(0.2) {
+        if !self.is_newton || !self.added.chance(0.2) {
             return;
         }
-        let moment = short(weight * self.size * self.size * self.random.even_log(0.01, 10.0));
-        match self.random.whole(0, 2) {
+        let moment = short(weight * self.size * self.size * self.added.even_log(0.01, 10.0));
+        match self.added.whole(0, 2) {
             0 => {
-                let torque = short(moment * self.random.uniform(0.5, 1.5));
+                let torque = short(moment * self.added.uniform(0.5, 1.5));
                 let [isotropic, kinematic] =
-                    [0; 2].map(|_| if self.random.chance(0.4) { 0.0 } else { self.random.even_log(1e-3, 1.0) });
+                    [0; 2].map(|_| if self.added.chance(0.4) { 0.0 } else { self.added.even_log(1e-3, 1.0) });
                 let hardening = format!("hardening_isotropic = {isotropic:?}, hardening_kinematic = {kinematic:?}");
                 put!(self, "yield = {{ moment_n_m = {moment:?}, torque_n_m = {torque:?}, {hardening} }}");
             }
             1 => {
-                let stiffness = short(moment * self.size * self.random.even_log(0.1, 10.0));
+                let stiffness = short(moment * self.size * self.added.even_log(0.1, 10.0));
                 put!(self, "strand_friction = {{ moment_n_m = {moment:?}, stiffness_n_m2 = {stiffness:?} }}");
             }
             _ => {
-                let branches = (0..self.random.whole(1, 3)).map(|_| {
-                    let (share, time) = (self.random.uniform(0.02, 0.3), self.random.even_log(0.1, 1000.0) * self.dt);
+                let branches = (0..self.added.whole(1, 3)).map(|_| {
+                    let (share, time) = (self.added.uniform(0.02, 0.3), self.added.even_log(0.1, 1000.0) * self.dt);
                     format!("{{ share = {share:?}, time_s = {:?} }}", short(time))
                 });
                 let branches: Vec<String> = branches.collect();
