@@ -278,6 +278,7 @@ mod tests {
                     "drives this segment",
                     "sliding joints need",
                     "goes with a rod that has no held segments",
+                    "goes with an elastic rod",
                     "what is joined to others stays out of the store",
                     "must be before all other eyelets",
                 ]
