@@ -149,7 +149,7 @@ fn a_line_that_is_paid_out_hangs_in_a_catenary_at_each_length() {
         let pull = -sliding.force.x;
         if time > 6.0 {
             // The line's own inertia pulls where the speed changes.
-            let is_steady = time < 15.0 || time > 17.0;
+            let is_steady = !(15.0..=17.0).contains(&time);
             assert!(
                 !is_steady || (pull / expected - 1.0).abs() < 0.015,
                 "{time} s, {length} m: {pull} N, {expected} N"
