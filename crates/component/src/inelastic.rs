@@ -1,14 +1,14 @@
 //! Joints of a component that have a law ([`rod::JointLaw`]): their moment and tangent where poses are, and what they remember.
 //!
 //! A joint's rows are `dk + alpha~ dlambda = -(k + alpha~ lambda)` where it is elastic. With the moment M(k) of a law and its tangent K = dM/dk
-//! they become, `h` being the step of implicit Euler, linearised at the strain k:
+//! they become, `h` being the step of implicit Euler, linearised at the strain that [`JointLaw::resolve`] gives, which comes to k:
 //!
 //! ```text
 //! dk + S dlambda = -S (lambda + l h^2 M(k))      S = K^-1 / (l h^2)
 //! ```
 //!
-//! (linearised at [`JointLaw::resolve`], which comes to k) so that solvers see a compliance, full in the frame of the rows, that is made anew in each evaluation. Residuals are measured with the elastic
-//! compliance, which does not change as joints begin to yield. Internal variables are those of the step's start until it is accepted.
+//! So solvers see a compliance, full in the frame of the rows, that is made anew in each evaluation. Residuals are measured with the
+//! elastic compliance, which does not change as joints begin to yield. Internal variables are those of the step's start until it is accepted.
 //! Sets with such joints are never in lanes.
 
 mod step;

@@ -16,7 +16,7 @@ pub(super) struct Released {
     pub(super) lane: usize,
     joint: usize,
     turns: Turns,
-    /// Whether it holds on to an anchor that is open, and so transmits nothing.
+    /// Whether it transmits nothing: it holds on to an anchor that is open, or to a segment that is stored.
     open: bool,
 }
 
@@ -35,7 +35,7 @@ impl Released {
         Self { lane: 0, ..*self }
     }
 
-    /// Whether it is this joint, to an anchor that is open.
+    /// Whether it is this joint, and open.
     pub(super) fn opens(&self, joint: usize) -> bool {
         self.open && self.joint == joint
     }

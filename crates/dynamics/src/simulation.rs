@@ -299,8 +299,8 @@ impl Simulation {
         if model.contacts.is_empty() {
             pieces.extend(singles.into_iter().map(|set| Piece::Single(Box::new(set))));
         } else {
-            let filter = PairFilter::new(model);
-            feeds::refuse_overlaps_outside(model, state, &singles, params.contact_tolerance)?;
+            let mut filter = PairFilter::new(model);
+            feeds::refuse_overlaps_outside(model, state, &singles, &mut filter, params.contact_tolerance)?;
             let sets = ContactWorld::new(model, singles, filter, &params)?;
             pieces.push(Piece::ContactWorld(Box::new(sets)));
         }

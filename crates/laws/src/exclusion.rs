@@ -53,9 +53,8 @@ impl Excluded {
     pub(crate) fn contains(&self, model: &Model, i: usize, j: usize) -> bool {
         let (a, b) = (&model.segments[i], &model.segments[j]);
         let is_stored = |i: usize| {
-            let stores =
-                model.sliding_joints.iter().filter(|joint| joint.feed.as_ref().is_some_and(|feed| feed.is_stored));
-            model.segments[i].fixed && stores.into_iter().any(|joint| joint.segments.contains(&i))
+            let mut joints = model.sliding_joints.iter();
+            model.segments[i].fixed && joints.any(|joint| joint.has_store() && joint.segments.contains(&i))
         };
         a.fixed && b.fixed
             || is_stored(i)

@@ -100,7 +100,7 @@ pub(crate) fn feeds(builder: &mut Builder, source: &Source, entries: &[Spanned<f
         }
         let feed = drive(source, entry)?;
         let model = builder.assembly.model_mut();
-        let (is_stored, [least, most]) = (feed.is_stored, feed.lengths);
+        let [least, most] = feed.lengths;
         model.sliding_joints[k].feed = Some(feed);
         let joint = &model.sliding_joints[k];
         let [from, to] = joint.range(model);
@@ -118,21 +118,21 @@ pub(crate) fn feeds(builder: &mut Builder, source: &Source, entries: &[Spanned<f
             );
             return source.wrong(at.span(), &reach);
         }
-        let segments = joint.segments.clone();
-        if is_stored && model.segments[segments.clone()].iter().any(|segment| segment.fixed) {
+        if !joint.has_store() {
+            continue;
+        }
+        if joint.has_held_segments(model) {
             return source.wrong(
                 entry.span(),
                 "goes with a rod that has no held segments; hold its faces, or set `store = false`",
             );
         }
-        if is_stored && joint.has_laws(model) {
+        if joint.has_laws(model) {
             let which =
                 "goes with an elastic rod, without `yield`, `strand_friction` and `relaxation`; or set `store = false`";
             return source.wrong(entry.span(), which);
         }
-        let start = joint.start;
-        let is_behind = |other: &SlidingJoint| other.segments == segments && other.start < start;
-        if is_stored && model.sliding_joints.iter().any(is_behind) {
+        if joint.is_behind_another(model) {
             return source.wrong(at.span(), "must be before all other eyelets of a rod that is stored");
         }
     }

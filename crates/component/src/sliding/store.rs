@@ -8,6 +8,7 @@
 use kernels::lane::Real;
 
 use super::Eyelet;
+use super::feed::Drive;
 use crate::Component;
 
 /// The least share of a joint's compliance that is left as its material goes into the store: beyond it joints are rigid for all that counts,
@@ -28,6 +29,11 @@ impl Eyelet {
         self.line.segment_before(least)
     }
 
+    /// The drive that takes the rod out of a store.
+    fn stored_by(&self) -> Option<&Drive> {
+        self.drive.as_ref().filter(|drive| drive.feed.is_stored)
+    }
+
     /// Whether anything but an end of its range can hold it.
     pub(super) fn grips(&self) -> bool {
         self.friction > 0.0 || self.drive.is_some()
@@ -37,9 +43,7 @@ impl Eyelet {
 impl<T: Real> Component<T> {
     /// How many segments, from the start of its rod on, each store holds in the step to come: by the index of the sliding joint in the model.
     pub fn each_store(&self, time: f64, dt: f64, mut see: impl FnMut(usize, usize)) {
-        for eyelet in
-            self.eyelets.all.iter().filter(|eyelet| eyelet.drive.as_ref().is_some_and(|drive| drive.feed.is_stored))
-        {
+        for eyelet in self.eyelets.all.iter().filter(|eyelet| eyelet.stored_by().is_some()) {
             see(eyelet.index, eyelet.first_outside(time, dt));
         }
     }
@@ -60,9 +64,7 @@ impl<T: Real> Component<T> {
     /// prediction, which acts for so long on their velocities [s].
     pub(crate) fn carry_stored(&mut self, pushed: T) {
         let h = T::splat(self.dt);
-        for eyelet in
-            self.eyelets.all.iter().filter(|eyelet| eyelet.drive.as_ref().is_some_and(|drive| drive.feed.is_stored))
-        {
+        for eyelet in self.eyelets.all.iter().filter(|eyelet| eyelet.stored_by().is_some()) {
             let place = eyelet.carried(self.time, self.dt);
             let first = eyelet.first_outside(self.time, self.dt);
             for k in first..(eyelet.line.segment_before(place) + 2).min(eyelet.line.segments()) {
@@ -78,7 +80,7 @@ impl<T: Real> Component<T> {
     pub(crate) fn stiffen_stored(&mut self) {
         let (time, dt) = (self.time, self.dt);
         for eyelet in &self.eyelets.all {
-            let Some(drive) = eyelet.drive.as_ref().filter(|drive| drive.feed.is_stored) else { continue };
+            let Some(drive) = eyelet.stored_by() else { continue };
             let place = eyelet.carried(time, dt);
             let last = eyelet.line.segment_before(place);
             for k in eyelet.first_outside(time, dt)..(last + 1).min(drive.joints.len()) {

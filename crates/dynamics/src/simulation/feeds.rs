@@ -31,18 +31,18 @@ impl Store {
 /// The stores of a model, with nothing in them.
 pub(super) fn stores(model: &Model) -> Vec<Store> {
     let joints = model.sliding_joints.iter().enumerate();
-    let stored = joints.filter(|(_, joint)| joint.feed.as_ref().is_some_and(|feed| feed.is_stored));
+    let stored = joints.filter(|(_, joint)| joint.has_store());
     stored.map(|(index, joint)| Store { joint: index, segments: joint.segments.clone(), stored: 0 }).collect()
 }
 
-/// Refuses overlaps of a model's bodies at the start, but for what is stored.
+/// Refuses overlaps of a model's bodies at the start, but for what is stored, which the filter knows from then on.
 pub(super) fn refuse_overlaps_outside(
     model: &Model,
     state: &State,
     sets: &[ConnectedSet],
+    filter: &mut PairFilter,
     tolerance: f64,
 ) -> Result<(), Overlap> {
-    let mut filter = PairFilter::new(model);
     let mut stored = Vec::new();
     for set in sets {
         set.component.each_store(0.0, 0.0, |joint, count| {
@@ -55,5 +55,5 @@ pub(super) fn refuse_overlaps_outside(
         held.to_mut().segments[i].fixed = true;
         filter.set_stored(i, true);
     }
-    refuse_overlaps(&held, state, &filter, tolerance)
+    refuse_overlaps(&held, state, filter, tolerance)
 }

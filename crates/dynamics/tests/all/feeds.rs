@@ -1,18 +1,13 @@
 //! Rods that are fed out of stores and into them: weights, pendulums and catenaries of a length that changes, limits, contacts, snapshots.
 
-use dynamics::simulation::{Settings, Simulation, SimulationError};
-use dynamics::step::{Status, StepParams};
+use dynamics::simulation::{Simulation, SimulationError};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{
     Assembly, Body, Contacts, Feed, Freedom, Friction, Integrator, Material, Model, Obstacle, ObstacleShape, Pose,
     RodSpec, Sliding, SlidingJoint, State, Surface, shape,
 };
 
-const G: f64 = 9.81;
-
-fn settings(integrator: Integrator) -> Settings {
-    Settings { step: StepParams { integrator, ..StepParams::DEFAULT }, ..Settings::default() }
-}
+use crate::sliding::{self, G, settings};
 
 /// A feed at this speed without limits, out of a store.
 fn steady(speed: f64) -> Feed {
@@ -49,23 +44,14 @@ fn rope(
     (model, state)
 }
 
-/// Steps `model` and shows each step's end.
+/// Steps a model whose first eyelet has a feed, and shows each step's end.
 fn run(
     (model, state): &(Model, State),
     integrator: Integrator,
-    (dt, steps): (f64, usize),
+    times: (f64, usize),
     mut see: impl FnMut(f64, &State, Sliding),
 ) -> Simulation {
-    let mut simulation = Simulation::new(model, state, &settings(integrator), None).unwrap();
-    let (mut state, mut sliding) = (state.clone(), vec![Sliding::default(); model.sliding_joints.len()]);
-    for step in 0..steps {
-        let status = simulation.step(dt).unwrap().status;
-        assert!(status <= Status::ConvergedInSubsteps, "step {step}: {status:?}");
-        simulation.store(&mut state);
-        simulation.store_sliding(&mut sliding);
-        see(simulation.time(), &state, sliding[0]);
-    }
-    simulation
+    sliding::run(model, state, &settings(integrator), times, |time, state, sliding| see(time, state, sliding[0]))
 }
 
 /// The eyelet bears what hangs outside, to the last part of a segment: paid out and taken in, at any place along a segment.

@@ -9,9 +9,9 @@ use rod::{
     RigidBody, RodSpec, Sliding, SlidingJoint, State, Surface, shape,
 };
 
-const G: f64 = 9.81;
+pub(crate) const G: f64 = 9.81;
 
-fn settings(integrator: Integrator) -> Settings {
+pub(crate) fn settings(integrator: Integrator) -> Settings {
     Settings { step: StepParams { integrator, ..StepParams::DEFAULT }, ..Settings::default() }
 }
 
@@ -32,7 +32,7 @@ fn fixed_eyelet(model: &mut Model, state: &State, segments: std::ops::Range<usiz
 }
 
 /// Steps `model` and shows each step's end.
-fn run(
+pub(crate) fn run(
     model: &Model,
     state: &State,
     settings: &Settings,

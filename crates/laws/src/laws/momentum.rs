@@ -80,8 +80,7 @@ fn outside(step: &Step<'_>) -> Vec<Outside> {
 fn has_mixed_eyelets(step: &Step<'_>) -> bool {
     step.model.sliding_joints.iter().any(|joint| {
         let is_free = step.is_free(joint.segments.start);
-        let is_stored = joint.feed.as_ref().is_some_and(|feed| feed.is_stored);
-        is_stored || joint.segments.clone().any(|i| step.is_free(i) != is_free)
+        joint.has_store() || joint.segments.clone().any(|i| step.is_free(i) != is_free)
     })
 }
 

@@ -46,9 +46,8 @@ fn is_stored(step: &Step<'_>, body: Body) -> bool {
     let Body::Segment(i) = body else { return false };
     let joints = step.model.sliding_joints.iter().zip(step.sliding);
     joints.into_iter().any(|(joint, sliding)| {
-        let is_stored = joint.feed.as_ref().is_some_and(|feed| feed.is_stored);
         let centre = |i: usize| joint.centreline(step.model).centre(i - joint.segments.start);
-        is_stored && joint.segments.contains(&i) && centre(i) <= sliding.place + sliding.rate.abs() * step.dt
+        joint.has_store() && joint.segments.contains(&i) && centre(i) <= sliding.place + sliding.rate.abs() * step.dt
     })
 }
 

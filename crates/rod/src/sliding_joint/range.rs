@@ -12,10 +12,25 @@ impl SlidingJoint {
         let Some(feed) = &self.feed else { return [0.0, length] };
         let [least, most] = feed.lengths;
         let mut end = length - least;
-        if feed.is_stored {
+        if self.has_store() {
             end = end.min(line.centre(self.first_joined(model)));
         }
         [(length - most).max(0.0), end]
+    }
+
+    /// Whether a feed takes its rod out of a store.
+    pub fn has_store(&self) -> bool {
+        self.feed.as_ref().is_some_and(|feed| feed.is_stored)
+    }
+
+    /// Whether the model holds segments of its rod.
+    pub fn has_held_segments(&self, model: &Model) -> bool {
+        model.segments[self.segments.clone()].iter().any(|segment| segment.fixed)
+    }
+
+    /// Whether its rod runs through another eyelet before this one.
+    pub fn is_behind_another(&self, model: &Model) -> bool {
+        model.sliding_joints.iter().any(|other| other.segments == self.segments && other.start < self.start)
     }
 
     /// The first segment of the rod that is joined to something but its neighbours in the rod; its last one if none is.
@@ -67,16 +82,18 @@ impl SlidingJoint {
                 "where the lengths beyond the eyelet and the segments that are joined to others allow it",
             );
         }
-        if feed.is_stored && model.segments[self.segments.clone()].iter().any(|segment| segment.fixed) {
+        if !self.has_store() {
+            return Ok(());
+        }
+        if self.has_held_segments(model) {
             return value("fixed segments", 1.0, "0 in a rod that is stored");
         }
-        if feed.is_stored && self.has_laws(model) {
+        if self.has_laws(model) {
             return value("laws of joints", 1.0, "0 in a rod that is stored");
         }
-        let twice = model.sliding_joints.iter().enumerate().any(|(other, joint)| {
-            let is_one = other != index && joint.segments == self.segments;
-            is_one && feed.is_stored && joint.start < self.start
-        });
-        if twice { value("start", self.start, "before all other eyelets of a rod that is stored") } else { Ok(()) }
+        if self.is_behind_another(model) {
+            return value("start", self.start, "before all other eyelets of a rod that is stored");
+        }
+        Ok(())
     }
 }
