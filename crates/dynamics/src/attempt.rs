@@ -57,12 +57,18 @@ impl<T: Real> Attempt<T> {
         self.error.set_lane(lane, error);
     }
 
-    /// Judges an attempt after an iteration, where joints have laws: it is not at its end while one transmits another moment than its law's. A spin of a thin
-    /// rod moves its surface too little to see that its joints yield.
-    pub(crate) fn judge_laws(&mut self, component: &Component<T>) {
-        let error = self.target.lane(0) * (component.missed_by_laws() / OF_MOMENT);
-        if error > self.error.lane(0) {
-            self.error.set_lane(0, error);
+    /// Judges an attempt after an iteration by forces and moments, which corrections of stiff joints are too small to show: it is not at its end while
+    /// a body's are not in balance, nor while a joint with a law transmits another moment than its law's.
+    pub(crate) fn judge_forces(&mut self, component: &Component<T>) {
+        for lane in 0..T::LANES {
+            if self.error.lane(lane) > self.target.lane(lane) {
+                continue;
+            }
+            let by_laws = component.missed_by_laws() / OF_MOMENT;
+            let off = component.missing_balance(lane, &self.residuals).max(by_laws);
+            if off > 1.0 {
+                self.error.set_lane(lane, self.target.lane(lane) * off);
+            }
         }
     }
 
@@ -113,7 +119,7 @@ pub fn attempt<T: Real>(
         let residuals = evaluate(component, params.formulation, counters);
         watch.mark(&mut counters.times.assemble);
         attempt.take(residuals, component.correction, active);
-        attempt.judge_laws(component);
+        attempt.judge_forces(component);
     }
     attempt
 }

@@ -19,6 +19,11 @@ struct Lever {
 }
 
 impl Eyelets {
+    /// The sizes of their forces, times dt^2.
+    pub(crate) fn forces(&self) -> impl Iterator<Item = f64> {
+        self.all.iter().map(|eyelet| eyelet.force.norm_squared().sqrt())
+    }
+
     /// Adds what eyelets do to bodies to their impulses.
     #[inline(always)]
     pub(crate) fn push<T: Real>(&self, impulses: &mut [Spatial<T>]) {
@@ -302,18 +307,6 @@ impl Component<f64> {
     /// The largest force of an eyelet's drive along the rod, times dt^2; 0 without a drive.
     fn most_of_drive(&self, eyelet: &Eyelet) -> f64 {
         eyelet.drive.as_ref().map_or(0.0, |drive| drive.feed.max_force * self.effective * self.effective)
-    }
-
-    /// The largest force that is missing in the balance of a body at the last evaluation, as a share of the largest force of an eyelet and of what
-    /// moves the body by its length in a step.
-    pub fn unbalanced(&self) -> f64 {
-        let largest = |eyelet: &Eyelet| eyelet.force.norm_squared().sqrt();
-        let largest = self.eyelets.all.iter().map(largest).fold(0.0, f64::max);
-        let missing = |(i, asked): (usize, &Spatial<f64>)| {
-            let constants = &self.bodies[i];
-            asked.linear.norm_squared().sqrt() / (constants.length + largest * constants.inverse_mass)
-        };
-        self.momentum.iter().take(self.segments).enumerate().map(missing).fold(0.0, f64::max)
     }
 
     /// How many there are.
