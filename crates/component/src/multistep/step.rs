@@ -169,8 +169,16 @@ impl<T: Real> Component<T> {
         }
     }
 
+    /// By how much gravity alone changes the mean velocity of a body in the step under way of that at its start [m/s]: by that in its middle, or
+    /// by that at its end in a step of Euler's rule.
+    pub fn fall(&self, body: usize, lane: usize) -> Vec3<f64> {
+        let is_of_second_order = self.multistep.as_ref().is_some_and(|steps| steps.rest().lane(lane) > 0.0);
+        let share = if is_of_second_order { 0.5 } else { 1.0 };
+        pick(self.gravity * self.bodies[body].free, lane) * (share * self.dt)
+    }
+
     /// Velocity of a segment at the end of the last step, or given since [m/s].
-    pub(crate) fn velocity(&self, body: usize, lane: usize) -> Vec3<f64> {
+    pub fn velocity(&self, body: usize, lane: usize) -> Vec3<f64> {
         let of_step = self.velocities[body].linear;
         let is_fixed = self.bodies[body].free.lane(lane) == 0.0;
         let own = self.multistep.as_ref().filter(|_| !is_fixed).map_or(of_step, |steps| steps.now[body].linear);

@@ -1,6 +1,7 @@
 //! Energy of two free rods that collide.
 
 use cosserat::prelude::*;
+use nalgebra::Unit;
 
 /// Two rods of a metre cross at 15 m/s.
 #[test]
@@ -38,6 +39,43 @@ fn colliding_rods_gain_no_energy() {
             );
             assert!(simulation.counters().contact_solves > 0);
             assert!(highest < 1.02 && kept < 1.0, "{highest} {kept}");
+        }
+    }
+}
+
+/// A stick falls flat on a plane that gives all speed back, or half of it.
+#[test]
+fn bounces_gain_no_energy() {
+    let surface = |restitution| Surface { friction: Friction::new(0.3), restitution };
+    for (restitution, integrator) in [1.0, 0.5].into_iter().flat_map(|r| Integrator::ALL.map(|rule| (r, rule))) {
+        let mut assembly = Assembly::new(Vector3::z() * -9.81);
+        let wood = Material { youngs_modulus: 1e9, torsion_modulus: 4e8, density: 600.0 };
+        assembly.rod(&RodSpec::new(shape::straight(Vector3::zeros(), Vector3::x(), 0.3, 1), 0.01, wood));
+        let (mut model, mut state) = assembly.finish();
+        let shape = ObstacleShape::HalfSpace { point: Vector3::z() * -0.11, normal: Unit::new_normalize(Vector3::z()) };
+        model.contacts.obstacles = vec![Obstacle::new(shape, surface(restitution))];
+        let mut settings = Settings::default();
+        settings.step.integrator = integrator;
+        let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+        // Above the plane; it begins 0.1 m above.
+        let height = |state: &State| measure::energy(&model, state).total() / (9.81 * model.segments[0].mass()) + 0.1;
+        let (mut highest, mut bounces, mut up) = (0.0_f64, 0, false);
+        for _ in 0..600 {
+            assert_eq!(simulation.step(0.005).unwrap().status, Status::Converged);
+            simulation.store(&mut state);
+            highest = highest.max(height(&state));
+            let rises = state.velocities[0].z > 0.0;
+            bounces += u32::from(rises && !up);
+            up = rises;
+        }
+        let kept = height(&state);
+        println!(
+            "restitution {restitution}, {integrator}: {bounces} bounces, {highest:.4} m at most, {kept:.4} m kept"
+        );
+        assert!(highest < 0.1 * (1.0 + 1e-6) && bounces >= 5, "{highest} {bounces}");
+        if (restitution, integrator) == (1.0, Integrator::Bdf2) {
+            // Steps after an impact are of Euler's rule.
+            assert!(kept > 0.095, "{kept}");
         }
     }
 }

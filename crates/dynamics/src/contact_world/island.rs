@@ -374,7 +374,7 @@ impl Steps for Island<'_> {
             });
             correction = self.judge(correction);
             self.each(|set| {
-                set.attempt.judge_forces(&set.component);
+                set.attempt.judge_residuals(&set.component);
                 if set.component.slides() {
                     Exact::judge_sliding(&mut set.component, &mut set.attempt);
                 }

@@ -266,7 +266,8 @@ impl IslandContacts {
         counters.contacts_left_out += left_out;
     }
 
-    /// Raises the gap to keep of contacts that meet fast, so that they part again.
+    /// Raises the gap to keep of contacts that meet fast, so that they part again: as if they turned round as the step begins and gravity acted
+    /// on what leaves, so that no energy is won.
     fn bounce(&mut self, shared: &Shared, components: &Sets<'_>) {
         let world = shared.detector.world(&self.search);
         for contact in &mut self.contacts {
@@ -274,11 +275,21 @@ impl IslandContacts {
             if restitution == 0.0 {
                 continue;
             }
-            let speed = -meeting(contact, &world, components).dot(contact.normal);
+            let relative = |of: fn(&Component<f64>, usize) -> Vec3<f64>| {
+                let linear = |i: u32| {
+                    let shape = &world.shapes[i as usize];
+                    of(&components[shape.component as usize].component, shape.body as usize)
+                };
+                contact.relative(|i| Spatial { linear: linear(i), angular: Vec3::zero() }).dot(contact.normal)
+            };
+            // A step of second order knows velocities at its start beside those over the step before.
+            let late = relative(|component, body| component.velocity(body, 0) - component.velocities[body].linear);
+            let speed = -meeting(contact, &world, components).dot(contact.normal) - late;
             if speed > shared.slow * self.dt && contact.gap < speed * self.dt {
                 // An overlap that is let out must not leave at once.
                 let from = if contact.target < 0.0 { contact.target } else { contact.gap.max(0.0) };
-                contact.target = from + restitution * speed * self.dt;
+                let fall = relative(|component, body| component.fall(body, 0));
+                contact.target = from + (restitution * speed + fall).max(0.0) * self.dt;
             }
         }
     }

@@ -15,6 +15,9 @@ use crate::step::Step;
 /// Rounding of sums of energies.
 const ROUNDING: f64 = 1e-9;
 
+/// The largest turn of a segment in a step for which expansions to second order hold [rad].
+const MOST_TURN: f64 = 0.5;
+
 /// Energy over the steps so far.
 #[derive(Default)]
 pub(crate) struct EnergyBalance {
@@ -261,7 +264,8 @@ impl EnergyBalance {
             || (step.status == Status::ConvergedInSubsteps && work.is_steady && !model.contacts.is_empty());
         // What feeds do is not told.
         let is_fed = model.sliding_joints.iter().any(|joint| joint.feed.is_some());
-        if !is_known || is_fed || model.contacts.allow_overlap {
+        let turned = (0..model.segments.len()).map(|i| step.turn(i)).fold(0.0, f64::max);
+        if !is_known || is_fed || model.contacts.allow_overlap || turned > MOST_TURN {
             *self = Self { jump: self.jump, ..Self::default() };
             return;
         }
@@ -274,7 +278,6 @@ impl EnergyBalance {
             let energies = [multistep(step, [earlier, before]), multistep(step, [before, after])];
             won = won.min(won + energies[1] - energies[0]);
         }
-        let turned = (0..model.segments.len()).filter(|&i| step.is_free(i)).map(|i| step.turn(i)).fold(0.0, f64::max);
         // Rates stand for the discrete momenta of turns to second order.
         let mut fluctuation = 0.25 * turned.min(1.0).powi(2) * (old.turning + new.turning);
         let mut changing = 0.0;

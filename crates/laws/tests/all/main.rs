@@ -78,6 +78,38 @@ fn friction_follows_a_normal_force_that_falls_within_a_step() {
     assert!(report.violations.is_empty() && report.contacts > 0 && report.unsolved == 0, "{report:?}");
 }
 
+/// Steps whose last correction is small, and that are not solved: a rod led along its axis against a segment that is fixed, whose matrix has the stiffness of
+/// a force that is not there, and a joint that turns past half a turn.
+#[test]
+fn a_small_correction_hides_no_residual() {
+    let pressed = "\
+        run = { steps = 12 }\n\
+        [[obstacles]]\n\
+        shape.cylinder = { start_m = [-0.00006, 0.009, -0.02], end_m = [-0.01, 0.0006, -0.02], radius_m = 0.002 }\n\
+        [[rods]]\n\
+        fixed_segments = [3]\n\
+        radius_m = 0.001\n\
+        youngs_modulus_pa = 200000000.0\n\
+        shape.straight = { start_m = [-0.00122705, 0.01, 0.0007], length_m = 0.0431, segments = 7 }\n\
+        [[rods.motions]]\n\
+        at = \"start-segment\"\n\
+        times_s = [0.0, 0.1]\n\
+        velocities_m_s = [[-0.00355, 0.00644, 0.000885], [0.006, -0.003, 0.002]]\n";
+    let turned = "\
+        run = { dt_s = 0.044, steps = 30 }\n\
+        contact = {}\n\
+        [[rods]]\n\
+        shape.helix = { height_m = 2.0, radius_m = 0.5, segments = 5, winding = 2.0 }\n\
+        [[rods.loads]]\n\
+        segment = -1\n\
+        torque_n_m = [33.6, 1.0, -5.52]\n";
+    for text in [pressed, turned] {
+        let case = Case { text: text.to_owned(), files: Vec::new(), method: Method::default() };
+        let Checked::Ran(report) = check(&case) else { panic!("refused") };
+        assert!(report.violations.is_empty() && report.unsolved < report.steps / 2, "{report:?}");
+    }
+}
+
 /// What is found in these scenes of a seed.
 fn found(seed: u64, scenes: std::ops::Range<u64>, threads: usize) -> Found {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

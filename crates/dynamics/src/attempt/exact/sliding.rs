@@ -164,14 +164,10 @@ impl Exact<f64> {
         residuals
     }
 
-    /// Judges an attempt after an iteration: it is not at its end where an eyelet begins to stick or to slide, nor where joints are
-    /// off by more than ten times the target. An eyelet near a grip is held twice along the rod: there a correction that
-    /// is too small to see takes large forces along.
+    /// Judges an attempt after an iteration: it is not at its end where an eyelet begins to stick or to slide.
     pub(crate) fn judge_sliding(component: &mut Component<f64>, attempt: &mut Attempt<f64>) {
-        let most = 10.0 * attempt.target;
-        let Residuals { stretch, bend, .. } = attempt.residuals;
-        attempt.judge_forces(component);
-        if component.choose_slip() || stretch.max(bend) > most {
+        attempt.judge_residuals(component);
+        if component.choose_slip() {
             attempt.error = f64::INFINITY;
         }
     }
