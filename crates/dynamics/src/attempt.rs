@@ -61,17 +61,20 @@ impl<T: Real> Attempt<T> {
     /// 100 N. It is not at its end while forces are not in balance, while joints are off by more than the target, as where one has just turned past half a
     /// turn, nor while a joint with a law transmits another moment than its law's.
     pub(crate) fn judge_residuals(&mut self, component: &Component<T>) {
-        let Residuals { stretch, bend, .. } = self.residuals;
+        let is_due = |lane: usize| self.error.lane(lane) <= self.target.lane(lane);
+        // Without a momentum residual the error is the joints' residual.
+        let has_balance = (0..T::LANES).any(|lane| self.residuals.momentum.lane(lane) != 0.0);
+        if !has_balance || !(0..T::LANES).any(is_due) {
+            return;
+        }
+        let of_forces = component.missing_balance(self.target);
+        let of_joints = self.residuals.stretch.max(self.residuals.bend);
+        let of_laws = component.missed_by_laws() / OF_MOMENT;
         for lane in 0..T::LANES {
-            let target = self.target.lane(lane);
-            if self.error.lane(lane) > target {
-                continue;
-            }
-            let by_laws = component.missed_by_laws() / OF_MOMENT;
-            let of_joints = stretch.max(bend).lane(lane) / target;
-            let off = component.missing_balance(lane, &self.residuals).max(by_laws).max(of_joints);
-            if off > 1.0 {
-                self.error.set_lane(lane, target * off);
+            let (error, target) = (self.error.lane(lane), self.target.lane(lane));
+            let off = (of_forces.lane(lane).max(of_laws) * target).max(of_joints.lane(lane));
+            if error <= target && off > target {
+                self.error.set_lane(lane, off);
             }
         }
     }

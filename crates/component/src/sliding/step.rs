@@ -19,9 +19,9 @@ struct Lever {
 }
 
 impl Eyelets {
-    /// The sizes of their forces, times dt^2.
-    pub(crate) fn forces(&self) -> impl Iterator<Item = f64> {
-        self.all.iter().map(|eyelet| eyelet.force.norm_squared().sqrt())
+    /// The largest of their forces, times dt^2; 0 where there are none.
+    pub(crate) fn largest_force(&self) -> f64 {
+        self.all.iter().map(|eyelet| eyelet.force.norm_squared().sqrt()).fold(0.0, f64::max)
     }
 
     /// Adds what eyelets do to bodies to their impulses.

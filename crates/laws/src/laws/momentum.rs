@@ -21,6 +21,8 @@ const ROUNDING: f64 = 1e-10;
 const EPSILON: f64 = 4.0 * f64::EPSILON;
 /// What may be missing in the balance of forces on a segment, of the largest that is transmitted (docs/accuracy.md).
 const OF_TRANSMITTED: f64 = 1e-4;
+/// And what moves it, if it were free, by so many times the way that its surface may be off.
+const FREE_MOTION: f64 = 100.0;
 
 /// Forces from outside on a segment: force [N], and place at which it acts [m] with a moment about it [N m].
 struct Outside {
@@ -124,7 +126,7 @@ pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
         sum += mass * (v.norm() + w.norm());
         slack += mass * EPSILON * after.positions[i].norm() / step.dt;
         if step.is_newton() {
-            slack += mass * step.tolerance() * segment.length / step.dt + missing * step.dt;
+            slack += mass * FREE_MOTION * step.way(i) / step.dt + missing * step.dt;
         }
     }
     let forces = outside(step);
@@ -230,7 +232,7 @@ pub(super) fn angular(step: &Step<'_>, violations: &mut Vec<Violation>) {
         slack += segment.mass() * arm.norm() * EPSILON * after.positions[i].norm() / step.dt;
         slack += moments(segment).max() * EPSILON / step.dt;
         if step.is_newton() {
-            let residual = step.tolerance() * segment.length / step.dt;
+            let residual = FREE_MOTION * step.way(i) / step.dt;
             slack += (segment.mass() * residual + missing * step.dt) * (arm.norm() + segment.length);
         }
     }
