@@ -7,7 +7,7 @@ use cosserat::scene::{self, Scene};
 use mjcf::Converted;
 
 /// A file of ours: a cable that is clamped at its start, over a floor.
-const CABLE: &str = include_str!("cable.xml");
+const CABLE: &str = include_str!("../../examples/boom.xml");
 
 /// The entries of the plugin.
 const PLUGIN: &str = r#"<plugin plugin="mujoco.elasticity.cable"><config key="twist" value="1e7"/><config key="bend" value="4e6"/></plugin>"#;
