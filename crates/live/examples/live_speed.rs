@@ -181,7 +181,10 @@ fn main() -> Result<()> {
             at_the_socket(&address)?;
             match Browser::start() {
                 Ok(mut browser) => in_chromium(&address, &mut browser),
-                Err(error) => Ok(println!("in Chromium: not measured ({error})")),
+                Err(error) => {
+                    println!("in Chromium: not measured ({error})");
+                    Ok(())
+                }
             }
         })
     };
