@@ -137,13 +137,15 @@ pub fn angular_momentum(model: &Model, state: &State) -> Vector3<f64> {
 }
 
 /// Length of each rod [m] along its centreline: the segments' lengths plus the gaps between them, signed along d3.
-/// Joints between two rods count for neither, and what springs of grips give is no part of a rod.
+/// Joints between two rods count for neither, and what springs of grips give is no part of a rod, nor what a rod of a single
+/// segment, which is rigid, gives at an anchor.
 pub fn rod_lengths(model: &Model, state: &State) -> Vec<f64> {
     let rods = model.segments.iter().map(|s| s.rod + 1).max().unwrap_or(0);
     let springs = model.grip_springs();
-    let mut lengths = vec![0.0; rods];
+    let (mut lengths, mut counts) = (vec![0.0; rods], vec![0; rods]);
     for segment in &model.segments {
         lengths[segment.rod] += segment.length;
+        counts[segment.rod] += 1;
     }
     for (k, joint) in model.joints.iter().enumerate() {
         if model.is_open(joint) || springs.contains_key(&k) {
@@ -154,7 +156,10 @@ pub fn rod_lengths(model: &Model, state: &State) -> Vec<f64> {
             Body::Anchor(_) => None,
         };
         let (a, b) = (rod_of(joint.a), rod_of(joint.b));
-        let (Some(rod), true) = (a.or(b), a.is_none() || b.is_none() || a == b) else { continue };
+        let Some(rod) = a.or(b) else { continue };
+        if a != b && (counts[rod] == 1 || (a.is_some() && b.is_some())) {
+            continue;
+        }
         let (gap, axis) = gap_and_axis(model, state, joint);
         lengths[rod] -= gap.dot(&axis);
     }

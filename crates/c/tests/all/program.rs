@@ -6,20 +6,7 @@ use std::process::{Command, Output};
 
 use cosserat_c::handle::Handle;
 
-const ROPE: &str = r#"
-[run]
-dt_s = 0.01
-steps = 50
-
-[[rods]]
-name = "rope"
-radius_m = 0.005
-youngs_modulus_pa = 2e6
-torsion_modulus_pa = 7e5
-density_kg_m3 = 1100
-clamp = ["start-segment"]
-shape.straight = { direction = [0, 0, -1], length_m = 1, segments = 20 }
-"#;
+const ROPE: &str = include_str!("../../examples/rope.toml");
 
 /// The folder in which the library lies, beside the tests.
 fn folder() -> PathBuf {

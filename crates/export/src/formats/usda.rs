@@ -28,6 +28,7 @@ const PLACES_AT_ONCE: usize = 4 << 20;
 const ROUNDING: f64 = 1e-9;
 
 /// Writes `run.usda`. Each entry of the scene is a BasisCurves prim with a curve a rod; open and closed rods of one entry are two.
+/// Curves have the name of the body that they are in, since Blender drops a parent with a single child.
 /// Time codes are numbers of frames where these are evenly spaced in time, else seconds times 24.
 pub(super) fn write(
     directory: &Path,
@@ -270,7 +271,7 @@ impl<'a> Curves<'a> {
         writeln!(
             writer,
             "    def Xform \"{identifier}\" (\n        displayName = {}\n        prepend apiSchemas = [\"PhysicsDeformableBodyAPI\"]\n    \
-             )\n    {{\n        float physics:mass = {:?}\n\n        def BasisCurves \"curves\" (\n            prepend apiSchemas = \
+             )\n    {{\n        float physics:mass = {:?}\n\n        def BasisCurves \"{identifier}\" (\n            prepend apiSchemas = \
              [\"PhysicsCurvesDeformableSimAPI\", \"MaterialBindingAPI\"]\n        )\n        {{",
             Quoted(name),
             self.mass as f32

@@ -241,3 +241,13 @@ fn mistakes_are_named_with_their_key() {
         assert!(error.contains("rods[0]"), "{error}");
     }
 }
+
+/// A carriage on a spring moves as a whole: its way is no change of its length.
+#[test]
+fn a_single_segment_on_a_spring_keeps_its_length() {
+    let text = text("grips = [{ at = \"start-face\", stiffness_n_m = [inf, 10] }]");
+    let scene = scene::parse(&text.replace("segments = 10", "segments = 1"), "scenes/x.toml").unwrap();
+    let mut state = scene.state.clone();
+    state.positions[0].x += 0.3;
+    assert_eq!(rod::measure::rod_lengths(&scene.model, &state), [1.0]);
+}

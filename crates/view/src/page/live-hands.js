@@ -54,9 +54,15 @@ class LiveHands {
     event.stopImmediatePropagation();
     if (Math.hypot(event.clientX - hold.x, event.clientY - hold.y) > STILL) hold.moved = true;
     if (!hold.moved) return;
-    // One message a picture.
-    if (!hold.to) requestAnimationFrame(() => this.#send(hold));
     hold.to = this.#place(hold, event.clientX, event.clientY);
+    if (hold.waits) return;
+    // At once; what moves within the same picture is sent with it.
+    this.#send(hold);
+    hold.waits = true;
+    requestAnimationFrame(() => {
+      hold.waits = false;
+      this.#send(hold);
+    });
   }
 
   #send(hold) {

@@ -105,6 +105,7 @@ class LiveControls extends Controls {
     if (!player.plays) return "paused";
     if (!Number.isFinite(motion.speed)) return "…";
     const times = `${formatNumber(motion.speed, 2)}× real time`;
+    if (player.solved === false) return `${player.status}: ${times}`;
     return motion.speed < SLOW * player.pace ? `slow: ${times}` : times;
   }
 
@@ -116,7 +117,7 @@ class LiveControls extends Controls {
     scrubber.value = player.wanted?.time ?? player.time;
     scrubber.setAttribute("aria-valuetext", this.said());
     const pace = this.pace();
-    element("clock").replaceChildren(this.said(), make("small", { id: "pace", textContent: pace, className: /^(slow|stopped)/.test(pace) ? "warns" : "" }));
+    element("clock").replaceChildren(this.said(), make("small", { id: "pace", textContent: pace, className: player.solved === false || /^(slow|stopped)/.test(pace) ? "warns" : "" }));
     element("play").setAttribute("aria-label", player.plays ? "Pause" : "Play");
     element("play-icon").setAttribute("d", player.plays ? PAUSE_ICON : PLAY_ICON);
     if (document.activeElement !== element("speed")) element("speed").value = player.pace;

@@ -74,8 +74,8 @@ class Live {
       page.controls.showFrame();
     }
     if (!message.status) return;
-    const { plays, pace, pins, leader, viewers, knobs, rebuilds, saves, saving, status, stuck } = message.status;
-    Object.assign(player, { plays, pace, status, stuck });
+    const { plays, pace, pins, leader, viewers, knobs, rebuilds, saves, saving, status, solved, stuck } = message.status;
+    Object.assign(player, { plays, pace, status, solved, stuck });
     Object.assign(this, { pins, leader, viewers });
     if (stuck) page.say(`The simulation has stopped: ${status}. Go back in time, or start over.`);
     element("save-run").hidden = !saves;

@@ -65,7 +65,7 @@ fn curves_are_the_rods_in_each_frame() {
             assert_eq!((stage.time_codes_per_second(), stage.frames_per_second()), (10.0, 10.0), "{}", run.name);
         }
         for (rod, line) in run.lines.iter().enumerate() {
-            let curves = stage.prim(format!("/Run/rod_{rod}/curves").as_str());
+            let curves = stage.prim(format!("/Run/rod_{rod}/rod_{rod}").as_str());
             let is_closed = line[0] == line[line.len() - 1];
             let nodes = &line[..line.len() - usize::from(is_closed)];
             assert_eq!(curves.type_name().unwrap().unwrap().as_str(), "BasisCurves");
@@ -97,7 +97,7 @@ fn materials_are_what_the_section_gives() {
     let stage = open(&run, place.path());
     let rod = stage.prim("/Run/rod_0");
     assert!(rod.has_api_schema("PhysicsDeformableBodyAPI").unwrap());
-    assert!(stage.prim("/Run/rod_0/curves").has_api_schema("PhysicsCurvesDeformableSimAPI").unwrap());
+    assert!(stage.prim("/Run/rod_0/rod_0").has_api_schema("PhysicsCurvesDeformableSimAPI").unwrap());
     let material = stage.prim("/Run/rod_0_material");
     assert!(material.has_api_schema("PhysicsCurvesDeformableMaterialAPI").unwrap());
     // A radius of 0.1 m, a length of 2 m, 1e6 Pa, 5e5 Pa, 1e3 kg/m^3.
@@ -142,10 +142,10 @@ fn strands_are_curves_of_one_prim() {
     let place = tempfile::tempdir().unwrap();
     let stage = open(&run, place.path());
     let count = |path: &str| counts(&stage.prim(path));
-    assert_eq!(count("/Run/hair/curves"), [3, 3]);
-    assert_eq!(count("/Run/_2__loose__ends/curves"), [4]);
-    assert_eq!(count("/Run/hair_2/curves"), [4]);
-    let places = vectors(&stage.prim("/Run/hair/curves"), "points", Some(1));
+    assert_eq!(count("/Run/hair/hair"), [3, 3]);
+    assert_eq!(count("/Run/_2__loose__ends/_2__loose__ends"), [4]);
+    assert_eq!(count("/Run/hair_2/hair_2"), [4]);
+    let places = vectors(&stage.prim("/Run/hair/hair"), "points", Some(1));
     assert_eq!(places[3..], [0.0, 0.5, 1.0].map(|z| Vector3::new(1.0, 0.0, z)));
     // The mass is that of both.
     let mass = float(&stage.prim("/Run/hair"), "physics:mass").unwrap();
@@ -155,7 +155,7 @@ fn strands_are_curves_of_one_prim() {
     run.called = Names::new(&run.model, &names, &[]);
     let stage = open(&run, place.path());
     assert_eq!(stage.prim("/Run/rope_material").type_name().unwrap().unwrap().as_str(), "Material");
-    assert_eq!(counts(&stage.prim("/Run/rope_material_2/curves")), [3]);
+    assert_eq!(counts(&stage.prim("/Run/rope_material_2/rope_material_2")), [3]);
 }
 
 /// Where a mesh's vertices are in a frame [m].
