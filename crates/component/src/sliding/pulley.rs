@@ -1,0 +1,335 @@
+//! A pulley in motion: which segments are on its wheel, and by how much.
+//!
+//! The wheel presses on the centres of segments. Its force is spread over the wrapped angle as a taut rope presses, evenly (or as `exp(-mu xi)` where
+//! it slips), times polynomials of low order; each share of the force holds the average of the distances from the groove that has the same
+//! weights: `G = sum of h(xi) gap = 0`. xi is the angle about the axle, continued by the way along the tangents on which the rod runs on and
+//! off, where the gap is that from the tangent. h falls to zero there over three segments, as the cubic spline whose sum over evenly spaced places is
+//! the same wherever they are, so that nothing jumps as segments pass on.
+
+use kernels::math::{Quat, Vec3};
+use rod::Wheel;
+
+/// Unknown shares of the force at most: polynomials up to this order less one.
+pub(super) const MODES: usize = 8;
+/// Half of the width over which the force rises at each end of the wrapped angle, in segments: that of the cubic spline.
+const RISE: f64 = 1.5;
+/// Distance from there to where the direction of a span is read, in segments: those of its segments on which the wheel does not press.
+const BEYOND: f64 = 2.0;
+/// The least angle over which a rod that presses on a wheel is spread [rad]: that of a straight one.
+const LEAST_WRAP: f64 = 1e-3;
+
+/// A segment of the rod, as the wheel sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnWheel {
+    /// Its length over the radius [rad].
+    angle: f64,
+    /// Distance from the axle of the centres of such segments whose joints are around the wheel so that the rod's length there is the
+    /// radius times the angle [m]: `l / 2 / tan(angle / 2)`.
+    pub(super) rim: f64,
+    /// Its derivative with respect to the radius: the tension of a rod that presses with 1 N per rad.
+    pub(super) tension: f64,
+    /// Stiffness across the groove [N/m]: that of the rod's joints to stretch.
+    pub(super) across: f64,
+}
+
+impl OnWheel {
+    /// A segment so long [m] on a wheel of this radius [m].
+    pub(super) fn new(length: f64, radius: f64, across: f64) -> Self {
+        let half = 0.5 * length / radius;
+        let tension = (half / half.sin()).powi(2);
+        Self { angle: 2.0 * half, rim: 0.5 * length / half.tan(), tension, across }
+    }
+}
+
+/// Where the rod is on the wheel: what one step leaves to the next.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Track {
+    /// A direction across the axle from which angles count.
+    pub(super) reference: Vec3<f64>,
+    /// A segment of the rod on the wheel, and its angle, which grows along the rod [rad].
+    pub(super) middle: usize,
+    pub(super) angle: f64,
+    /// Where the rod runs on and off [rad], and by how much that changed in the last step [rad/s].
+    pub(super) arc: [f64; 2],
+    pub(super) arc_rate: [f64; 2],
+    /// How many shares of the force are unknown.
+    pub(super) modes: usize,
+    /// Whether the rod is free of the wheel.
+    pub(super) is_off: bool,
+    /// By how much the rod has turned, and its rate over the last step.
+    pub(super) turned: f64,
+    pub(super) rate: f64,
+    /// The exponent by which the tension falls along the wheel [1/rad].
+    pub(super) lean: f64,
+    /// Shares of the force [N], and the force along the rod [N].
+    pub(super) press: [f64; MODES],
+    pub(super) along: f64,
+    /// Force on the rod [N].
+    pub(super) force: Vec3<f64>,
+}
+
+/// A segment on the wheel, or beside it, in some state of the rod.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seat {
+    /// Which of the rod's.
+    pub(super) segment: usize,
+    /// xi, the angle [rad].
+    pub(super) angle: f64,
+    /// Directions away from the axle and along the groove.
+    pub(super) normal: Vec3<f64>,
+    pub(super) tangent: Vec3<f64>,
+    /// Distance over which xi changes by one [m].
+    pub(super) arm: f64,
+    /// Whether it is on the wheel, not on a tangent.
+    pub(super) is_round: bool,
+    /// Distance from the groove, outwards and along the axle [m].
+    pub(super) gap: f64,
+    pub(super) across: f64,
+    /// The share of the segment on the wheel.
+    pub(super) share: f64,
+    /// h of each mode, and its derivative with respect to xi.
+    pub(super) weights: [f64; MODES],
+    pub(super) slopes: [f64; MODES],
+    /// Of the force along the rod: fixed in a step.
+    pub(super) grip: f64,
+}
+
+/// The groove in space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Groove {
+    pub(super) middle: Vec3<f64>,
+    pub(super) axis: Vec3<f64>,
+    /// Where angles count from, and a right angle further along the rod.
+    across: [Vec3<f64>; 2],
+}
+
+impl Groove {
+    /// That with this middle and axle, on which angles count from near a `reference` in the direction of `sense` about the axle.
+    pub(super) fn new(middle: Vec3<f64>, axis: Vec3<f64>, reference: Vec3<f64>, sense: f64) -> Self {
+        let level = reference - axis * axis.dot(reference);
+        let first = level * (1.0 / level.norm_squared().sqrt());
+        Self { middle, axis, across: [first, axis.cross(first) * sense] }
+    }
+
+    pub(super) fn first(&self) -> Vec3<f64> {
+        self.across[0]
+    }
+
+    /// The directions away from the axle and along the groove at an angle.
+    fn at(&self, angle: f64) -> [Vec3<f64>; 2] {
+        let ((sine, cosine), [x, y]) = (angle.sin_cos(), self.across);
+        [x * cosine + y * sine, y * cosine - x * sine]
+    }
+
+    /// The angle of a direction, nearest to another angle.
+    fn angle(&self, direction: Vec3<f64>, near: f64) -> f64 {
+        let [x, y] = self.across.map(|axis| axis.dot(direction));
+        nearest(y.atan2(x), near)
+    }
+}
+
+/// An angle plus the turns that bring it nearest to another one.
+fn nearest(angle: f64, to: f64) -> f64 {
+    angle + std::f64::consts::TAU * ((to - angle) / std::f64::consts::TAU).round()
+}
+
+/// The integral of the quadratic spline, which is the cubic spline's rise from 0 to 1, and its derivative.
+fn rise(at: f64) -> [f64; 2] {
+    let beyond = RISE - at.abs();
+    let [below, slope] = match (beyond <= 0.0, beyond < 1.0) {
+        (true, _) => [0.0, 0.0],
+        (_, true) => [beyond.powi(3) / 6.0, 0.5 * beyond * beyond],
+        _ => {
+            let z = -at.abs();
+            [0.5 + 0.75 * z - z.powi(3) / 3.0, 0.75 - z * z]
+        }
+    };
+    [if at > 0.0 { 1.0 - below } else { below }, slope]
+}
+
+/// A pulley in motion.
+#[derive(Clone, Debug)]
+pub(super) struct Pulley {
+    /// Which one of the model.
+    pub(super) index: usize,
+    /// The rod's first body.
+    pub(super) first: usize,
+    pub(super) rod: Vec<OnWheel>,
+    /// The longest angle of them [rad].
+    pub(super) longest: f64,
+    pub(super) holder: usize,
+    /// Middle and axle in the holder's frame.
+    pub(super) at: Vec3<f64>,
+    pub(super) axis: Vec3<f64>,
+    pub(super) radius: f64,
+    pub(super) wheel: Wheel,
+    /// Sense about the axle in which the rod runs from its start to its end.
+    pub(super) sense: f64,
+    pub(super) track: Track,
+    /// Of the step under way: where it runs on and off, how many modes.
+    pub(super) arc: [f64; 2],
+    pub(super) modes: usize,
+    pub(super) is_off: bool,
+    /// Shares of the force and the force along the rod, times dt^2, and their last change.
+    pub(super) press: [f64; MODES],
+    pub(super) along: f64,
+    pub(super) change: [f64; MODES + 1],
+    /// Force on the rod times dt^2.
+    pub(super) force: Vec3<f64>,
+    /// Where segments are, at the start of the step and now.
+    pub(super) start: Vec<Seat>,
+    pub(super) seats: Vec<Seat>,
+}
+
+impl Pulley {
+    /// Where segments are in a groove, by the places of their centres, when the rod runs on and off at an `arc`.
+    pub(super) fn seat(&self, groove: &Groove, arc: [f64; 2], at: impl Fn(usize) -> Vec3<f64>, out: &mut Vec<Seat>) {
+        out.clear();
+        let middle = self.track.middle;
+        let place = |segment: usize, near: f64| {
+            let offset = at(segment) - groove.middle;
+            let round = groove.angle(offset, near);
+            (round, self.seat_of(segment, groove, arc, (offset, round)))
+        };
+        let (centre, seat) = place(middle, self.track.angle);
+        let reach = RISE * self.longest;
+        let mut last = centre;
+        for segment in (0..middle).rev() {
+            let (round, seat) = place(segment, last);
+            last = round;
+            if seat.angle < arc[0] - reach {
+                break;
+            }
+            out.push(seat);
+        }
+        out.reverse();
+        out.push(seat);
+        last = centre;
+        for segment in middle + 1..self.rod.len() {
+            let (round, seat) = place(segment, last);
+            last = round;
+            if seat.angle > arc[1] + reach {
+                break;
+            }
+            out.push(seat);
+        }
+    }
+
+    /// One of them, from its offset from the middle and its angle about the axle.
+    fn seat_of(
+        &self,
+        segment: usize,
+        groove: &Groove,
+        [from, to]: [f64; 2],
+        (offset, round): (Vec3<f64>, f64),
+    ) -> Seat {
+        let OnWheel { angle: own, rim, .. } = self.rod[segment];
+        let across = groove.axis.dot(offset);
+        let is_round = (from..=to).contains(&round);
+        let (angle, [normal, tangent], arm, gap);
+        if is_round {
+            [normal, tangent] = groove.at(round);
+            arm = normal.dot(offset);
+            (angle, gap) = (round, arm - rim);
+        } else {
+            let edge = if round < from { from } else { to };
+            [normal, tangent] = groove.at(edge);
+            (arm, gap) = (rim, normal.dot(offset) - rim);
+            angle = edge + tangent.dot(offset) / rim;
+        }
+        let ([up, up_slope], [down, down_slope]) = (rise((angle - from) / own), rise((angle - to) / own));
+        let mut seat = Seat {
+            segment,
+            angle,
+            normal,
+            tangent,
+            arm,
+            is_round,
+            gap,
+            across,
+            share: up - down,
+            weights: [0.0; MODES],
+            slopes: [0.0; MODES],
+            grip: 0.0,
+        };
+        // The share per rad, and its fall along the wheel.
+        let (half, wrap) = (0.5 * (to - from), to - from);
+        let reach = half + RISE * self.longest;
+        let x = (angle - from - half) / reach;
+        let lean = self.track.lean;
+        let fall = (-lean * (angle - from - half)).exp() * own / wrap;
+        let (share, slope) = (seat.share * fall, (up_slope - down_slope) / own * fall - lean * seat.share * fall);
+        // Legendre's polynomials.
+        let (mut now, mut before) = ([1.0, 0.0], [0.0, 0.0]);
+        for mode in 0..self.modes {
+            seat.weights[mode] = share * now[0];
+            seat.slopes[mode] = slope * now[0] + share * now[1] / reach;
+            let n = mode as f64;
+            let next = [
+                ((2.0 * n + 1.0) * x * now[0] - n * before[0]) / (n + 1.0),
+                ((2.0 * n + 1.0) * (now[0] + x * now[1]) - n * before[1]) / (n + 1.0),
+            ];
+            (before, now) = (now, next);
+        }
+        seat
+    }
+
+    /// Where the rod runs on and off, by the directions of its spans beyond what the wheel presses on; and its segment in the middle of
+    /// that, with its angle.
+    pub(super) fn found(
+        &self,
+        groove: &Groove,
+        arc: [f64; 2],
+        pose: impl Fn(usize) -> (Vec3<f64>, Quat<f64>),
+    ) -> ([f64; 2], (usize, f64)) {
+        let goal = 0.5 * (arc[0] + arc[1]);
+        let mut best = (self.track.middle, self.track.angle);
+        let mut nearer = f64::INFINITY;
+        let mut read = |is_end: bool| {
+            let [from, to] = arc;
+            let mut before: Option<(f64, Vec3<f64>)> = None;
+            let mut last = self.track.angle;
+            let mut segment = self.track.middle;
+            let direction = loop {
+                let (place, turn) = pose(segment);
+                let offset = place - groove.middle;
+                last = groove.angle(offset, last);
+                let seat = self.seat_of(segment, groove, arc, (offset, last));
+                if (seat.angle - goal).abs() < nearer {
+                    (nearer, best) = ((seat.angle - goal).abs(), (segment, last));
+                }
+                let beyond = BEYOND * self.rod[segment].angle;
+                let past = if is_end { seat.angle - to - beyond } else { from - beyond - seat.angle };
+                let direction = match before {
+                    Some((old, axis)) if past > 0.0 => axis + (turn.axis() - axis) * (old / (old - past)),
+                    _ => turn.axis(),
+                };
+                before = Some((past, turn.axis()));
+                let is_last = if is_end { segment + 1 == self.rod.len() } else { segment == 0 };
+                if past > 0.0 || is_last {
+                    break direction;
+                }
+                segment = if is_end { segment + 1 } else { segment - 1 };
+            };
+            // The tangent at an angle is a right angle further.
+            let edge = if is_end { to } else { from };
+            groove.angle(direction, edge + std::f64::consts::FRAC_PI_2) - std::f64::consts::FRAC_PI_2
+        };
+        let found = [read(false), read(true)];
+        (found, best)
+    }
+}
+
+/// Both ends of a wrapped angle, a least one apart.
+pub(super) fn spread([from, to]: [f64; 2]) -> [f64; 2] {
+    let lacking = (LEAST_WRAP - (to - from)).max(0.0);
+    [from - 0.5 * lacking, to + 0.5 * lacking]
+}
+
+/// How many shares of the force such a wrap has: one and another each quarter of a turn, so that a taut rod is stable between what they hold (a ring
+/// of the tension T and radius R that is pressed evenly yields to a wave of k periods a turn by `(k^2 - 1) T / R`). What there is
+/// stays as long as it is nearly right.
+pub(super) fn modes_of(wrap: f64, before: usize) -> usize {
+    let exact = 1.0 + wrap / std::f64::consts::FRAC_PI_2;
+    if (exact - before as f64).abs() < 0.75 { before } else { (exact.round() as usize).clamp(1, MODES) }
+}

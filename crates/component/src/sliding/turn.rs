@@ -1,0 +1,500 @@
+//! What pulleys do in a step of a component.
+
+use jointed::tangent::{BodyRow, Equations, curvature};
+use kernels::Spatial;
+use kernels::lane::Real;
+use kernels::math::Vec3;
+use rod::{Model, OnPulley, Wheel};
+
+use super::pulley::{Groove, MODES, OnWheel, Pulley, Seat, Track, modes_of, spread};
+use super::{Border, Slip, SlipOfPulley};
+use crate::parts::{pick_pose, vec3};
+use crate::snapshot::StateVisitor;
+use crate::{BodyPose, Component, Members};
+
+/// Rounds of finding where a rod runs on and off as it is drawn: each goes two segments further along a wheel.
+const ROUNDS: usize = 1000;
+
+impl Pulley {
+    /// Whether its wheel passes force along the rod.
+    fn grips(&self) -> bool {
+        self.wheel != Wheel::Free
+    }
+
+    /// Number of its unknowns.
+    fn unknowns(&self) -> usize {
+        self.modes + usize::from(self.grips())
+    }
+
+    /// The force on the segment of a seat away from the axle, the sum of the unknown shares.
+    fn load(&self, seat: &Seat) -> f64 {
+        self.press.iter().zip(&seat.weights).take(self.modes).map(|(press, weight)| press * weight).sum()
+    }
+
+    /// The sum of the tensions that the force away from the axle says, over the wrapped angle: what friction is a share of.
+    fn tensions(&self) -> f64 {
+        self.seats.iter().map(|seat| self.load(seat) * self.rod[seat.segment].tension).sum()
+    }
+
+    /// What a unit of a share of the force does to the segment of a seat.
+    fn push(seat: &Seat, mode: usize) -> Vec3<f64> {
+        seat.normal * seat.weights[mode] + seat.tangent * (seat.gap / seat.arm * seat.slopes[mode])
+    }
+
+    /// What a unit of the force along the rod does to it.
+    fn pull(&self, seat: &Seat) -> Vec3<f64> {
+        seat.tangent * (seat.grip * self.radius / seat.arm)
+    }
+
+    /// The average of the gaps with the weights of a mode.
+    fn gap(&self, mode: usize) -> f64 {
+        self.seats.iter().map(|seat| seat.weights[mode] * seat.gap).sum()
+    }
+}
+
+impl<T: Real> Component<T> {
+    fn body_at(&self, poses: &[BodyPose<T>], body: usize) -> BodyPose<f64> {
+        pick_pose(&poses[body], 0)
+    }
+
+    /// The groove of a pulley with its holder in a pose.
+    fn groove(pulley: &Pulley, holder: BodyPose<f64>) -> Groove {
+        let (middle, axis) = (holder.x + holder.q.rotate(pulley.at), holder.q.rotate(pulley.axis));
+        Groove::new(middle, axis, pulley.track.reference, pulley.sense)
+    }
+
+    /// By how much a pulley's holder has turned about the axle in the step under way, in the rod's sense [rad], and the axle.
+    fn spin(&self, pulley: &Pulley) -> (f64, Vec3<f64>) {
+        let [start, now] = [&self.start, &self.poses].map(|poses| self.body_at(poses, pulley.holder).q);
+        let axis = now.rotate(pulley.axis) * pulley.sense;
+        let turn = (now * start.conj()).upper();
+        (2.0 * turn.v.dot(axis).atan2(turn.w), axis)
+    }
+
+    /// Finds the segments on a pulley now.
+    fn seat(&self, pulley: &mut Pulley) {
+        let groove = Self::groove(pulley, self.body_at(&self.poses, pulley.holder));
+        let mut seats = std::mem::take(&mut pulley.seats);
+        let first = pulley.first;
+        pulley.seat(&groove, pulley.arc, |segment| self.body_at(&self.poses, first + segment).x, &mut seats);
+        for seat in &mut seats {
+            let old = pulley.start.iter().find(|old| old.segment == seat.segment);
+            seat.grip = old.map_or(0.0, |old| old.grip);
+        }
+        pulley.seats = seats;
+    }
+
+    /// By how much the rod has gone along the rim in the step under way beyond the holder, in the weights of the step [m].
+    fn passed(&self, pulley: &Pulley) -> f64 {
+        let moved = |seat: &Seat| {
+            let old = pulley.start.iter().find(|old| old.segment == seat.segment);
+            old.map_or(0.0, |old| seat.grip * (seat.angle - old.angle))
+        };
+        pulley.radius * pulley.seats.iter().map(moved).sum::<f64>()
+    }
+
+    /// What the wheel would have the rod go along its rim in the step under way [m]: with the holder and the drive.
+    fn carried(&self, pulley: &Pulley) -> f64 {
+        let (spin, _) = self.spin(pulley);
+        let driven = pulley.wheel.rate(self.time + 0.5 * self.dt).map_or(0.0, |rate| rate * self.dt);
+        pulley.radius * (spin + driven)
+    }
+
+    /// The largest force along the rod that friction bears and that the drive gives, times dt^2.
+    fn largest(&self, pulley: &Pulley) -> [f64; 2] {
+        let effective = self.effective.lane(0);
+        let drive = match &pulley.wheel {
+            Wheel::Driven { max_torque, .. } => max_torque / pulley.radius * effective * effective,
+            _ => f64::INFINITY,
+        };
+        [pulley.wheel.friction() * pulley.tensions().max(0.0), drive]
+    }
+
+    /// Begins an attempt at a step of pulleys.
+    pub(super) fn begin_pulleys(&mut self) {
+        let per_newton = self.effective.lane(0) * self.effective.lane(0);
+        let mut pulleys = std::mem::take(&mut self.eyelets.pulleys);
+        for (pulley, _) in &mut pulleys {
+            let track = pulley.track;
+            let on = |k: usize| track.arc[k] + track.arc_rate[k] * self.dt;
+            pulley.arc = spread([on(0), on(1)]);
+            pulley.modes = track.modes;
+            pulley.is_off = track.is_off;
+            pulley.press = track.press.map(|press| press * per_newton);
+            pulley.along = track.along * per_newton;
+            let groove = Self::groove(pulley, self.body_at(&self.start, pulley.holder));
+            let mut start = std::mem::take(&mut pulley.start);
+            let first = pulley.first;
+            pulley.seat(&groove, pulley.arc, |segment| self.body_at(&self.start, first + segment).x, &mut start);
+            let sum: f64 = start.iter().map(|seat| seat.weights[0]).sum();
+            start.iter_mut().for_each(|seat| seat.grip = if sum > 0.0 { seat.weights[0] / sum } else { 0.0 });
+            pulley.start = start;
+        }
+        self.eyelets.pulleys = pulleys;
+    }
+
+    /// Adds what pulleys do to bodies to the impulses, where poses and forces are now.
+    pub(super) fn gather_pulleys(&mut self) {
+        let per_newton = self.effective.lane(0) * self.effective.lane(0);
+        let mut pulleys = std::mem::take(&mut self.eyelets.pulleys);
+        for (pulley, _) in &mut pulleys {
+            self.seat(pulley);
+            pulley.force = Vec3::zero();
+            let holder = self.body_at(&self.poses, pulley.holder);
+            let groove = Self::groove(pulley, holder);
+            let arm = groove.middle - holder.x;
+            let mut reaction = Spatial::zero();
+            for seat in &pulley.seats {
+                let mut force = Vec3::zero();
+                for (mode, &press) in pulley.press.iter().enumerate().take(pulley.modes) {
+                    force += Pulley::push(seat, mode) * press;
+                }
+                force += pulley.pull(seat) * pulley.along;
+                let across = groove.axis
+                    * (-seat.across * self.across_stiffness(pulley, seat) * per_newton);
+                let body = pulley.first + seat.segment;
+                self.eyelets.impulses[body].linear += force + across;
+                reaction.linear -= force + across;
+                // Across the groove it acts at the rim, all else at the axle.
+                reaction.angular -= (seat.normal * seat.arm).cross(across);
+                pulley.force += force + across;
+            }
+            reaction.angular += arm.cross(reaction.linear);
+            if pulley.grips() {
+                reaction.angular -= groove.axis * (pulley.sense * pulley.radius * pulley.along);
+            }
+            let own = &mut self.eyelets.impulses[pulley.holder];
+            *own = own.plus(reaction, 1.0);
+        }
+        self.eyelets.pulleys = pulleys;
+    }
+
+    /// The stiffness of the groove across it, of a seat [N/m].
+    fn across_stiffness(&self, pulley: &Pulley, seat: &Seat) -> f64 {
+        if pulley.is_off { 0.0 } else { seat.share * pulley.rod[seat.segment].across }
+    }
+
+    /// Ends a step that is accepted.
+    pub(super) fn end_pulleys(&mut self) {
+        let per_dt = 1.0 / self.dt;
+        let per_newton = 1.0 / (self.effective.lane(0) * self.effective.lane(0));
+        let mut pulleys = std::mem::take(&mut self.eyelets.pulleys);
+        for (pulley, _) in &mut pulleys {
+            let passed = self.passed(pulley) / pulley.radius;
+            let tensions = pulley.tensions();
+            let groove = Self::groove(pulley, self.body_at(&self.poses, pulley.holder));
+            let (arc, (middle, angle)) = self.find_arc(pulley, &groove, pulley.arc);
+            let old = pulley.track;
+            let friction = pulley.wheel.friction();
+            let lean = if tensions > 0.0 { (pulley.along / tensions).clamp(-friction, friction) } else { 0.0 };
+            let rates = [0, 1].map(|k| (arc[k] - old.arc[k]) * per_dt);
+            pulley.track = Track {
+                reference: groove.first(),
+                middle,
+                angle,
+                arc,
+                arc_rate: rates,
+                modes: modes_of(arc[1] - arc[0], pulley.modes),
+                is_off: pulley.is_off,
+                turned: old.turned + passed,
+                rate: passed * per_dt,
+                lean,
+                press: pulley.press.map(|press| press * per_newton),
+                along: pulley.along * per_newton,
+                force: pulley.force * per_newton,
+            };
+        }
+        self.eyelets.pulleys = pulleys;
+    }
+
+    /// Where the rod runs on and off a pulley now.
+    fn find_arc(&self, pulley: &Pulley, groove: &Groove, arc: [f64; 2]) -> ([f64; 2], (usize, f64)) {
+        let pose = |segment: usize| {
+            let BodyPose { x, q } = self.body_at(&self.poses, pulley.first + segment);
+            (x, q)
+        };
+        pulley.found(groove, arc, pose)
+    }
+
+    /// Takes pulleys back to the start of the step.
+    pub(super) fn roll_back_pulleys(&mut self) {
+        for (pulley, slip) in &mut self.eyelets.pulleys {
+            pulley.is_off = pulley.track.is_off;
+            slip.now = slip.at_start;
+        }
+    }
+
+    /// Shows a visitor what the next step of pulleys begins with.
+    pub(super) fn visit_pulleys(&mut self, visitor: &mut StateVisitor<'_>) {
+        visitor.list(&mut self.eyelets.pulleys, |visitor, (pulley, slip)| {
+            let Track { reference, middle, angle, arc, arc_rate, modes, is_off, turned, rate, lean, press, along, force } =
+                &mut pulley.track;
+            visitor.vector(reference);
+            visitor.count(middle);
+            visitor.count(modes);
+            visitor.flag(is_off);
+            visitor.vector(force);
+            let numbers = [angle, turned, rate, lean, along];
+            numbers.into_iter().chain(arc).chain(arc_rate).chain(press).for_each(|number| visitor.number(number));
+            visitor.number(&mut pulley.sense);
+            let mut sign = if let Slip::Slides(sign) = slip.now { sign } else { 0.0 };
+            visitor.number(&mut sign);
+            slip.now = if sign == 0.0 { Slip::Sticks } else { Slip::Slides(sign) };
+        });
+    }
+
+    /// Where rods are on the pulleys of the model, and what these do.
+    pub fn each_pulley(&self, mut see: impl FnMut(usize, OnPulley)) {
+        for (pulley, _) in &self.eyelets.pulleys {
+            let Track { arc, is_off, turned, rate, along, force, .. } = pulley.track;
+            let wrap = if is_off { 0.0 } else { (arc[1] - arc[0]).max(0.0) };
+            let torque = along * pulley.radius;
+            see(pulley.index, OnPulley { wrap, turned, rate, force: force.0.into(), torque });
+        }
+    }
+
+    /// How far rods are from their pulleys at most, in lengths of segments.
+    pub(super) fn pulley_gap(&self) -> f64 {
+        let gap = |(pulley, _): &(Pulley, _)| {
+            let sum: f64 = pulley.seats.iter().map(|seat| seat.weights[0]).sum();
+            let length = pulley.longest * pulley.radius;
+            if pulley.is_off || sum <= 0.0 { 0.0 } else { pulley.gap(0).abs() / (sum * length) }
+        };
+        self.eyelets.pulleys.iter().map(gap).fold(0.0, f64::max)
+    }
+
+    /// The largest force of a pulley, times dt^2.
+    pub(super) fn largest_pulley_force(&self) -> f64 {
+        let size = |(pulley, _): &(Pulley, _)| pulley.press[0].abs();
+        self.eyelets.pulleys.iter().map(size).fold(0.0, f64::max)
+    }
+}
+
+impl Component<f64> {
+    /// Adds the model's pulleys of these members, each where the rod is nearest to its wheel.
+    pub(super) fn add_pulleys_of(&mut self, model: &Model, members: &Members) {
+        for (index, own) in model.pulleys.iter().enumerate() {
+            let body = members.body(rod::Body::Segment(own.segments.start));
+            let (Some(first), Some(holder)) = (body, members.body(own.holder)) else { continue };
+            let joints = model.joints_of(&own.segments);
+            // The groove is as stiff as the rod.
+            let stiffest = joints.iter().map(|&k| model.joints[k].stretch_compliance).fold(f64::INFINITY, f64::min);
+            let across = 1.0 / stiffest.max(rod::Joint::RIGID);
+            let lengths = || model.segments[own.segments.clone()].iter().map(|segment| segment.length);
+            let mut pulley = Pulley {
+                index,
+                first,
+                rod: lengths().map(|length| OnWheel::new(length, own.radius, across)).collect(),
+                longest: lengths().fold(0.0, f64::max) / own.radius,
+                holder,
+                at: Vec3(vec3(&own.centre)),
+                axis: Vec3(vec3(&own.axis)),
+                radius: own.radius,
+                wheel: own.wheel.clone(),
+                sense: 1.0,
+                track: Track {
+                    reference: Vec3::zero(),
+                    middle: 0,
+                    angle: 0.0,
+                    arc: [0.0; 2],
+                    arc_rate: [0.0; 2],
+                    modes: 1,
+                    is_off: false,
+                    turned: 0.0,
+                    rate: 0.0,
+                    lean: 0.0,
+                    press: [0.0; MODES],
+                    along: 0.0,
+                    force: Vec3::zero(),
+                },
+                arc: [0.0; 2],
+                modes: 1,
+                is_off: false,
+                press: [0.0; MODES],
+                along: 0.0,
+                change: [0.0; MODES + 1],
+                force: Vec3::zero(),
+                start: Vec::with_capacity(own.segments.len()),
+                seats: Vec::with_capacity(own.segments.len()),
+            };
+            self.find_wrap(&mut pulley);
+            let slip = SlipOfPulley { now: Slip::Sticks, at_start: Slip::Sticks };
+            self.eyelets.pulleys.push((pulley, slip));
+        }
+    }
+
+    /// Finds where a rod is on its wheel from poses alone.
+    fn find_wrap(&self, pulley: &mut Pulley) {
+        let holder = self.body_at(&self.poses, pulley.holder);
+        let (middle, axis) = (holder.x + holder.q.rotate(pulley.at), holder.q.rotate(pulley.axis));
+        let offset = |segment: usize| {
+            let offset = self.body_at(&self.poses, pulley.first + segment).x - middle;
+            offset - axis * axis.dot(offset)
+        };
+        let off = |segment: usize| (offset(segment).norm_squared().sqrt() - pulley.rod[segment].rim).abs();
+        let nearest = (0..pulley.rod.len()).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
+        // The middle of all that is as near as drawn corners of segments are.
+        let is_near = |&segment: &usize| off(segment) < 0.5 * pulley.longest * pulley.radius;
+        let last = (nearest..pulley.rod.len()).take_while(is_near).last().unwrap_or(nearest);
+        let first = (0..=nearest).rev().take_while(is_near).last().unwrap_or(nearest);
+        let on = (first + last) / 2;
+        let along = self.body_at(&self.poses, pulley.first + on).q.axis();
+        pulley.sense = if axis.cross(offset(on)).dot(along) < 0.0 { -1.0 } else { 1.0 };
+        pulley.track.reference = offset(on);
+        (pulley.track.middle, pulley.track.angle) = (on, 0.0);
+        let groove = Self::groove(pulley, holder);
+        let mut arc = spread([0.0; 2]);
+        for _ in 0..ROUNDS {
+            let (found, _) = self.find_arc(pulley, &groove, arc);
+            let change = (found[0] - arc[0]).abs().max((found[1] - arc[1]).abs());
+            arc = spread(found);
+            if change < 1e-12 {
+                break;
+            }
+        }
+        let (_, (middle, angle)) = self.find_arc(pulley, &groove, arc);
+        let track = &mut pulley.track;
+        (track.arc, track.middle, track.angle) = (arc, middle, angle);
+        track.reference = groove.first();
+        track.modes = modes_of(arc[1] - arc[0], 0);
+    }
+
+    /// Adds to the equations how forces of pulleys change as bodies move.
+    pub(super) fn add_pulleys_curvature(&self, Equations { bodies, rows, .. }: &mut Equations<f64>) {
+        let per_newton = self.effective * self.effective;
+        for (pulley, _) in &self.eyelets.pulleys {
+            let holder = self.body_at(&self.poses, pulley.holder);
+            let groove = Self::groove(pulley, holder);
+            bodies[pulley.holder].turning += curvature::of_force(pulley.force, holder.x - groove.middle);
+            for seat in &pulley.seats {
+                let body = (pulley.first + seat.segment) as u32;
+                let mut add = |direction: Vec3<f64>, stiffness: f64| {
+                    let [x, y, z] = direction.0;
+                    rows.push(BodyRow { body, row: [x, y, z, 0.0, 0.0, 0.0], stiffness });
+                };
+                add(groove.axis, self.across_stiffness(pulley, seat) * per_newton);
+                if seat.is_round {
+                    add(seat.tangent, -pulley.load(seat) / seat.arm);
+                }
+                let slopes = pulley.press.iter().zip(&seat.slopes).take(pulley.modes);
+                let half = 0.5 * slopes.map(|(press, slope)| press * slope).sum::<f64>() / seat.arm;
+                add(seat.normal + seat.tangent, -half);
+                add(seat.normal - seat.tangent, half);
+            }
+        }
+        rows.sort_by_key(|row| row.body);
+    }
+
+    /// The border of a pulley.
+    pub(super) fn pulley_border(&self, k: usize, out: &mut Border) {
+        let (pulley, slip) = &self.eyelets.pulleys[k];
+        let (modes, unknowns) = (pulley.modes, pulley.unknowns());
+        out.begin(unknowns);
+        let is_free = |body: usize| self.bodies[body].free != 0.0;
+        let seats = || pulley.seats.iter().filter(|seat| is_free(pulley.first + seat.segment));
+        out.bodies.extend(seats().map(|seat| pulley.first + seat.segment));
+        if is_free(pulley.holder) {
+            out.bodies.push(pulley.holder);
+        }
+        let holder = self.body_at(&self.poses, pulley.holder);
+        let groove = Self::groove(pulley, holder);
+        let arm = groove.middle - holder.x;
+        for unknown in 0..unknowns {
+            let force = |seat: &Seat| if unknown < modes { Pulley::push(seat, unknown) } else { pulley.pull(seat) };
+            out.columns.extend(seats().map(|seat| Spatial { linear: force(seat), angular: Vec3::zero() }));
+            if is_free(pulley.holder) {
+                let mut sum = Vec3::zero();
+                pulley.seats.iter().for_each(|seat| sum += force(seat));
+                let mut angular = -arm.cross(sum);
+                if unknown == modes {
+                    angular -= groove.axis * (pulley.sense * pulley.radius);
+                }
+                out.columns.push(Spatial { linear: -sum, angular });
+            }
+        }
+        out.rows.extend_from_slice(&out.columns);
+        let count = out.bodies.len();
+        let clear = |out: &mut Border, row: usize| out.rows[row * count..][..count].fill(Spatial::zero());
+        let is_empty = pulley.seats.iter().all(|seat| seat.weights[0] == 0.0);
+        if pulley.is_off || is_empty {
+            out.unseen = unknowns;
+            for row in 0..unknowns {
+                clear(out, row);
+                out.own[row * unknowns + row] = 1.0;
+                out.missed[row] = -if row < modes { pulley.press[row] } else { pulley.along };
+            }
+            return;
+        }
+        for mode in 0..modes {
+            out.missed[mode] = -pulley.gap(mode);
+        }
+        if unknowns == modes {
+            return;
+        }
+        out.unseen = 1;
+        match slip.now {
+            Slip::Sticks => out.missed[modes] = self.carried(pulley) - self.passed(pulley),
+            Slip::Slides(sign) => {
+                clear(out, modes);
+                let [friction, drive] = self.largest(pulley);
+                out.own[modes * unknowns + modes] = 1.0;
+                out.missed[modes] = sign * friction.min(drive) - pulley.along;
+                for mode in (0..modes).filter(|_| friction < drive) {
+                    let by = |seat: &Seat| seat.weights[mode] * pulley.rod[seat.segment].tension;
+                    let by: f64 = pulley.seats.iter().map(by).sum();
+                    out.own[modes * unknowns + mode] = -sign * pulley.wheel.friction() * by;
+                }
+            }
+        }
+    }
+
+    /// Takes the solution of the border: changes of the forces.
+    pub(super) fn take_pulleys_solution(&mut self, mut solution: &[f64]) {
+        for (pulley, _) in &mut self.eyelets.pulleys {
+            let (own, rest) = solution.split_at(pulley.unknowns());
+            pulley.change = [0.0; MODES + 1];
+            pulley.change[..own.len()].copy_from_slice(own);
+            solution = rest;
+        }
+    }
+
+    /// Adds a share of the last solution.
+    pub(super) fn move_pulleys(&mut self, share: f64) {
+        for (pulley, _) in &mut self.eyelets.pulleys {
+            let modes = pulley.modes;
+            for (press, change) in pulley.press.iter_mut().zip(pulley.change).take(modes) {
+                *press += change * share;
+            }
+            pulley.along += pulley.change[modes] * share;
+        }
+    }
+
+    /// Lets rods stick to wheels and slip, press on them and leave them, by forces and gaps; returns whether any changes.
+    pub(super) fn choose_on_pulleys(&mut self) -> bool {
+        let mut changes = false;
+        let mut pulleys = std::mem::take(&mut self.eyelets.pulleys);
+        for (pulley, slip) in &mut pulleys {
+            let before = (pulley.is_off, slip.now);
+            let rounding = 1e-12 * pulley.radius;
+            if pulley.is_off {
+                pulley.is_off = pulley.gap(0) >= -rounding;
+            } else if pulley.press[0] < 0.0 {
+                pulley.is_off = true;
+            }
+            let [friction, drive] = self.largest(pulley);
+            let most = friction.min(drive);
+            slip.now = match slip.now {
+                Slip::Sticks if pulley.along.abs() > most * (1.0 + 1e-9) => Slip::Slides(pulley.along.signum()),
+                // Friction is against the rod's motion over the wheel.
+                Slip::Slides(sign) if sign * (self.passed(pulley) - self.carried(pulley)) > rounding => Slip::Sticks,
+                same => same,
+            };
+            if pulley.is_off || !pulley.grips() {
+                slip.now = Slip::Sticks;
+            }
+            changes |= before != (pulley.is_off, slip.now);
+        }
+        self.eyelets.pulleys = pulleys;
+        changes
+    }
+}
