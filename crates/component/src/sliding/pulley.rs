@@ -41,6 +41,10 @@ impl OnWheel {
     }
 }
 
+/// Time in which what a rod is off the groove where a share of the force begins to hold it falls to 1/e [s]: as it is drawn, and where the wrapped
+/// angle grows. Held at once, a rope of 314 N / strain with nodes on a circle of 0.1 m begins with a jerk of 287 N.
+pub(super) const LETS_GO: f64 = 0.05;
+
 /// Where the rod is on the wheel: what one step leaves to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
@@ -54,8 +58,6 @@ pub(super) struct Track {
     pub(super) arc_rate: [f64; 2],
     /// How many shares of the force are unknown.
     pub(super) modes: usize,
-    /// Whether the rod is free of the wheel.
-    pub(super) is_off: bool,
     /// By how much the rod has turned, and its rate over the last step.
     pub(super) turned: f64,
     pub(super) rate: f64,
@@ -64,6 +66,8 @@ pub(super) struct Track {
     /// Shares of the force [N], and the force along the rod [N].
     pub(super) press: [f64; MODES],
     pub(super) along: f64,
+    /// Averages of the gaps that the shares of the force hold [m].
+    pub(super) held: [f64; MODES],
     /// Force on the rod [N].
     pub(super) force: Vec3<f64>,
 }
@@ -169,11 +173,12 @@ pub(super) struct Pulley {
     /// Of the step under way: where it runs on and off, how many modes.
     pub(super) arc: [f64; 2],
     pub(super) modes: usize,
-    pub(super) is_off: bool,
     /// Shares of the force and the force along the rod, times dt^2, and their last change.
     pub(super) press: [f64; MODES],
     pub(super) along: f64,
     pub(super) change: [f64; MODES + 1],
+    /// Averages of the gaps that the shares of the force hold [m].
+    pub(super) held: [f64; MODES],
     /// Force on the rod times dt^2.
     pub(super) force: Vec3<f64>,
     /// Where segments are, at the start of the step and now.
@@ -261,7 +266,7 @@ impl Pulley {
         let (share, slope) = (seat.share * fall, (up_slope - down_slope) / own * fall - lean * seat.share * fall);
         // Legendre's polynomials.
         let (mut now, mut before) = ([1.0, 0.0], [0.0, 0.0]);
-        for mode in 0..self.modes {
+        for mode in 0..MODES.min(self.modes + 1) {
             seat.weights[mode] = share * now[0];
             seat.slopes[mode] = slope * now[0] + share * now[1] / reach;
             let n = mode as f64;
@@ -275,11 +280,11 @@ impl Pulley {
     }
 
     /// Where the rod runs on and off, by the directions of its spans beyond what the wheel presses on; and its segment in the middle of
-    /// that, with its angle.
+    /// that, with its angle. Spans are read at most so far from there [rad].
     pub(super) fn found(
         &self,
         groove: &Groove,
-        arc: [f64; 2],
+        (arc, most): ([f64; 2], f64),
         pose: impl Fn(usize) -> (Vec3<f64>, Quat<f64>),
     ) -> ([f64; 2], (usize, f64)) {
         let goal = 0.5 * (arc[0] + arc[1]);
@@ -298,7 +303,7 @@ impl Pulley {
                 if (seat.angle - goal).abs() < nearer {
                     (nearer, best) = ((seat.angle - goal).abs(), (segment, last));
                 }
-                let beyond = BEYOND * self.rod[segment].angle;
+                let beyond = (BEYOND * self.rod[segment].angle).min(most);
                 let past = if is_end { seat.angle - to - beyond } else { from - beyond - seat.angle };
                 let direction = match before {
                     Some((old, axis)) if past > 0.0 => axis + (turn.axis() - axis) * (old / (old - past)),

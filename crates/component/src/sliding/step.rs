@@ -38,9 +38,7 @@ impl<T: Real> Component<T> {
     pub fn eyelet_hits(&self) -> bool {
         let stops = |now: Slip, at_start: Slip| now == Slip::Sticks && at_start != Slip::Sticks;
         self.eyelets.all.iter().any(|eyelet| stops(eyelet.slip, eyelet.slip_at_start))
-            || self.eyelets.pulleys.iter().any(|(pulley, slip)| {
-                stops(slip.now, slip.at_start) || pulley.is_off != pulley.track.is_off
-            })
+            || self.eyelets.pulleys.iter().any(|(_, slip)| stops(slip.now, slip.at_start))
     }
 
     /// Takes eyelets back to the start of the step.

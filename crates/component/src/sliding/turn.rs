@@ -6,7 +6,7 @@ use kernels::lane::Real;
 use kernels::math::Vec3;
 use rod::{Model, OnPulley, Wheel};
 
-use super::pulley::{Groove, MODES, OnWheel, Pulley, Seat, Track, modes_of, spread};
+use super::pulley::{Groove, LETS_GO, MODES, OnWheel, Pulley, Seat, Track, modes_of, spread};
 use super::{Border, Slip, SlipOfPulley};
 use crate::parts::{pick_pose, vec3};
 use crate::snapshot::StateVisitor;
@@ -19,6 +19,11 @@ impl Pulley {
     /// Whether its wheel passes force along the rod.
     fn grips(&self) -> bool {
         self.wheel != Wheel::Free
+    }
+
+    /// Whether no segment is on the wheel: the rod's end has left it.
+    fn is_empty(&self) -> bool {
+        self.seats.iter().all(|seat| seat.weights[0] == 0.0)
     }
 
     /// Number of its unknowns.
@@ -114,12 +119,14 @@ impl<T: Real> Component<T> {
     pub(super) fn begin_pulleys(&mut self) {
         let per_newton = self.effective.lane(0) * self.effective.lane(0);
         let mut pulleys = std::mem::take(&mut self.eyelets.pulleys);
-        for (pulley, _) in &mut pulleys {
+        for (pulley, slip) in &mut pulleys {
+            slip.at_start = slip.now;
             let track = pulley.track;
             let on = |k: usize| track.arc[k] + track.arc_rate[k] * self.dt;
             pulley.arc = spread([on(0), on(1)]);
             pulley.modes = track.modes;
-            pulley.is_off = track.is_off;
+            let kept = (-self.dt / LETS_GO).exp();
+            pulley.held = track.held.map(|held| held * kept);
             pulley.press = track.press.map(|press| press * per_newton);
             pulley.along = track.along * per_newton;
             let groove = Self::groove(pulley, self.body_at(&self.start, pulley.holder));
@@ -151,7 +158,7 @@ impl<T: Real> Component<T> {
                 }
                 force += pulley.pull(seat) * pulley.along;
                 let across = groove.axis
-                    * (-seat.across * self.across_stiffness(pulley, seat) * per_newton);
+                    * (-seat.across * Self::across_stiffness(pulley, seat) * per_newton);
                 let body = pulley.first + seat.segment;
                 self.eyelets.impulses[body].linear += force + across;
                 reaction.linear -= force + across;
@@ -170,8 +177,8 @@ impl<T: Real> Component<T> {
     }
 
     /// The stiffness of the groove across it, of a seat [N/m].
-    fn across_stiffness(&self, pulley: &Pulley, seat: &Seat) -> f64 {
-        if pulley.is_off { 0.0 } else { seat.share * pulley.rod[seat.segment].across }
+    fn across_stiffness(pulley: &Pulley, seat: &Seat) -> f64 {
+        seat.share * pulley.rod[seat.segment].across
     }
 
     /// Ends a step that is accepted.
@@ -183,10 +190,15 @@ impl<T: Real> Component<T> {
             let passed = self.passed(pulley) / pulley.radius;
             let tensions = pulley.tensions();
             let groove = Self::groove(pulley, self.body_at(&self.poses, pulley.holder));
-            let (arc, (middle, angle)) = self.find_arc(pulley, &groove, pulley.arc);
+            let (arc, (middle, angle)) = self.find_arc(pulley, &groove, (pulley.arc, f64::INFINITY));
             let old = pulley.track;
             let friction = pulley.wheel.friction();
             let lean = if tensions > 0.0 { (pulley.along / tensions).clamp(-friction, friction) } else { 0.0 };
+            let modes = modes_of(arc[1] - arc[0], pulley.modes);
+            let mut held = pulley.held;
+            if modes > pulley.modes {
+                held[pulley.modes] = pulley.gap(pulley.modes);
+            }
             let rates = [0, 1].map(|k| (arc[k] - old.arc[k]) * per_dt);
             pulley.track = Track {
                 reference: groove.first(),
@@ -194,13 +206,13 @@ impl<T: Real> Component<T> {
                 angle,
                 arc,
                 arc_rate: rates,
-                modes: modes_of(arc[1] - arc[0], pulley.modes),
-                is_off: pulley.is_off,
+                modes,
                 turned: old.turned + passed,
                 rate: passed * per_dt,
                 lean,
                 press: pulley.press.map(|press| press * per_newton),
                 along: pulley.along * per_newton,
+                held,
                 force: pulley.force * per_newton,
             };
         }
@@ -208,7 +220,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Where the rod runs on and off a pulley now.
-    fn find_arc(&self, pulley: &Pulley, groove: &Groove, arc: [f64; 2]) -> ([f64; 2], (usize, f64)) {
+    fn find_arc(&self, pulley: &Pulley, groove: &Groove, arc: ([f64; 2], f64)) -> ([f64; 2], (usize, f64)) {
         let pose = |segment: usize| {
             let BodyPose { x, q } = self.body_at(&self.poses, pulley.first + segment);
             (x, q)
@@ -218,24 +230,20 @@ impl<T: Real> Component<T> {
 
     /// Takes pulleys back to the start of the step.
     pub(super) fn roll_back_pulleys(&mut self) {
-        for (pulley, slip) in &mut self.eyelets.pulleys {
-            pulley.is_off = pulley.track.is_off;
-            slip.now = slip.at_start;
-        }
+        self.eyelets.pulleys.iter_mut().for_each(|(_, slip)| slip.now = slip.at_start);
     }
 
     /// Shows a visitor what the next step of pulleys begins with.
     pub(super) fn visit_pulleys(&mut self, visitor: &mut StateVisitor<'_>) {
         visitor.list(&mut self.eyelets.pulleys, |visitor, (pulley, slip)| {
-            let Track { reference, middle, angle, arc, arc_rate, modes, is_off, turned, rate, lean, press, along, force } =
+            let Track { reference, middle, angle, arc, arc_rate, modes, turned, rate, lean, press, along, held, force } =
                 &mut pulley.track;
             visitor.vector(reference);
             visitor.count(middle);
             visitor.count(modes);
-            visitor.flag(is_off);
             visitor.vector(force);
             let numbers = [angle, turned, rate, lean, along];
-            numbers.into_iter().chain(arc).chain(arc_rate).chain(press).for_each(|number| visitor.number(number));
+            numbers.into_iter().chain(arc).chain(arc_rate).chain(press).chain(held).for_each(|number| visitor.number(number));
             visitor.number(&mut pulley.sense);
             let mut sign = if let Slip::Slides(sign) = slip.now { sign } else { 0.0 };
             visitor.number(&mut sign);
@@ -246,11 +254,15 @@ impl<T: Real> Component<T> {
     /// Where rods are on the pulleys of the model, and what these do.
     pub fn each_pulley(&self, mut see: impl FnMut(usize, OnPulley)) {
         for (pulley, _) in &self.eyelets.pulleys {
-            let Track { arc, is_off, turned, rate, along, force, .. } = pulley.track;
-            let wrap = if is_off { 0.0 } else { (arc[1] - arc[0]).max(0.0) };
+            let Track { arc, turned, rate, along, force, .. } = pulley.track;
+            let wrap = (arc[1] - arc[0]).max(0.0);
             let torque = along * pulley.radius;
             see(pulley.index, OnPulley { wrap, turned, rate, force: force.0.into(), torque });
         }
+    }
+
+    pub fn each_state(&self) {
+        for (p, slip) in &self.eyelets.pulleys { eprintln!("      slip {:?} press {:?} along {} gaps {:?} arc {:?} tens {} passed {} seats {}", slip.now, &p.press[..p.modes], p.along, (0..p.modes).map(|m| p.gap(m)).collect::<Vec<_>>(), p.arc, p.tensions(), self.passed(p), p.seats.len()); }
     }
 
     /// How far rods are from their pulleys at most, in lengths of segments.
@@ -258,7 +270,7 @@ impl<T: Real> Component<T> {
         let gap = |(pulley, _): &(Pulley, _)| {
             let sum: f64 = pulley.seats.iter().map(|seat| seat.weights[0]).sum();
             let length = pulley.longest * pulley.radius;
-            if pulley.is_off || sum <= 0.0 { 0.0 } else { pulley.gap(0).abs() / (sum * length) }
+            if sum <= 0.0 { 0.0 } else { (pulley.gap(0) - pulley.held[0]).abs() / (sum * length) }
         };
         self.eyelets.pulleys.iter().map(gap).fold(0.0, f64::max)
     }
@@ -299,20 +311,20 @@ impl Component<f64> {
                     arc: [0.0; 2],
                     arc_rate: [0.0; 2],
                     modes: 1,
-                    is_off: false,
                     turned: 0.0,
                     rate: 0.0,
                     lean: 0.0,
                     press: [0.0; MODES],
                     along: 0.0,
+                    held: [0.0; MODES],
                     force: Vec3::zero(),
                 },
                 arc: [0.0; 2],
                 modes: 1,
-                is_off: false,
                 press: [0.0; MODES],
                 along: 0.0,
                 change: [0.0; MODES + 1],
+                held: [0.0; MODES],
                 force: Vec3::zero(),
                 start: Vec::with_capacity(own.segments.len()),
                 seats: Vec::with_capacity(own.segments.len()),
@@ -344,19 +356,25 @@ impl Component<f64> {
         (pulley.track.middle, pulley.track.angle) = (on, 0.0);
         let groove = Self::groove(pulley, holder);
         let mut arc = spread([0.0; 2]);
-        for _ in 0..ROUNDS {
-            let (found, _) = self.find_arc(pulley, &groove, arc);
-            let change = (found[0] - arc[0]).abs().max((found[1] - arc[1]).abs());
-            arc = spread(found);
-            if change < 1e-12 {
-                break;
+        // From a point on, in small steps around the wheel, and then as from step to step.
+        for most in [0.5, f64::INFINITY] {
+            for _ in 0..ROUNDS {
+                let (found, _) = self.find_arc(pulley, &groove, (arc, most));
+                let change = (found[0] - arc[0]).abs().max((found[1] - arc[1]).abs());
+                arc = spread(found);
+                if change < 1e-12 {
+                    break;
+                }
             }
         }
-        let (_, (middle, angle)) = self.find_arc(pulley, &groove, arc);
+        let (_, (middle, angle)) = self.find_arc(pulley, &groove, (arc, f64::INFINITY));
         let track = &mut pulley.track;
         (track.arc, track.middle, track.angle) = (arc, middle, angle);
         track.reference = groove.first();
         track.modes = modes_of(arc[1] - arc[0], 0);
+        (pulley.arc, pulley.modes) = (spread(arc), track.modes);
+        self.seat(pulley);
+        (0..pulley.modes).for_each(|mode| pulley.track.held[mode] = pulley.gap(mode));
     }
 
     /// Adds to the equations how forces of pulleys change as bodies move.
@@ -372,7 +390,7 @@ impl Component<f64> {
                     let [x, y, z] = direction.0;
                     rows.push(BodyRow { body, row: [x, y, z, 0.0, 0.0, 0.0], stiffness });
                 };
-                add(groove.axis, self.across_stiffness(pulley, seat) * per_newton);
+                add(groove.axis, Self::across_stiffness(pulley, seat) * per_newton);
                 if seat.is_round {
                     add(seat.tangent, -pulley.load(seat) / seat.arm);
                 }
@@ -415,8 +433,7 @@ impl Component<f64> {
         out.rows.extend_from_slice(&out.columns);
         let count = out.bodies.len();
         let clear = |out: &mut Border, row: usize| out.rows[row * count..][..count].fill(Spatial::zero());
-        let is_empty = pulley.seats.iter().all(|seat| seat.weights[0] == 0.0);
-        if pulley.is_off || is_empty {
+        if pulley.is_empty() {
             out.unseen = unknowns;
             for row in 0..unknowns {
                 clear(out, row);
@@ -426,7 +443,7 @@ impl Component<f64> {
             return;
         }
         for mode in 0..modes {
-            out.missed[mode] = -pulley.gap(mode);
+            out.missed[mode] = pulley.held[mode] - pulley.gap(mode);
         }
         if unknowns == modes {
             return;
@@ -474,13 +491,8 @@ impl Component<f64> {
         let mut changes = false;
         let mut pulleys = std::mem::take(&mut self.eyelets.pulleys);
         for (pulley, slip) in &mut pulleys {
-            let before = (pulley.is_off, slip.now);
+            let before = slip.now;
             let rounding = 1e-12 * pulley.radius;
-            if pulley.is_off {
-                pulley.is_off = pulley.gap(0) >= -rounding;
-            } else if pulley.press[0] < 0.0 {
-                pulley.is_off = true;
-            }
             let [friction, drive] = self.largest(pulley);
             let most = friction.min(drive);
             slip.now = match slip.now {
@@ -489,10 +501,10 @@ impl Component<f64> {
                 Slip::Slides(sign) if sign * (self.passed(pulley) - self.carried(pulley)) > rounding => Slip::Sticks,
                 same => same,
             };
-            if pulley.is_off || !pulley.grips() {
+            if !pulley.grips() || pulley.is_empty() {
                 slip.now = Slip::Sticks;
             }
-            changes |= before != (pulley.is_off, slip.now);
+            changes |= before != slip.now;
         }
         self.eyelets.pulleys = pulleys;
         changes
