@@ -5,7 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::{
-    Body, Carried, Change, Changing, Driven, InelasticJoint, JointForce, Load, Model, Motion, Pose, Pulley, SlidingJoint, State,
+    Body, Carried, Change, Changing, Driven, InelasticJoint, JointForce, Load, Model, Motion, Pose, Pulley,
+    SlidingJoint, State,
 };
 
 /// Some rods of a model without the others: see [`Model::part`].

@@ -106,8 +106,7 @@ impl Reaction {
         let mut held = Vec::new();
         let eyelets = model.sliding_joints.iter().map(|joint| (joint.holder, &joint.segments));
         let through = || eyelets.clone().chain(model.pulleys.iter().map(|pulley| (pulley.holder, &pulley.segments)));
-        let bears_eyelet =
-            |i: &usize| through().any(|(holder, rod)| holder == Body::Segment(*i) || rod.contains(i));
+        let bears_eyelet = |i: &usize| through().any(|(holder, rod)| holder == Body::Segment(*i) || rod.contains(i));
         let is_told = |(i, segment): &(usize, &Segment)| segment.fixed && !bears_eyelet(i);
         for (i, segment) in model.segments.iter().enumerate().filter(is_told) {
             let parts = &mut segments[i];

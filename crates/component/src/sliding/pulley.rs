@@ -5,8 +5,10 @@
 //! weights: `G = sum of h(xi) gap = 0`. xi is the angle about the axle, continued by the way along the tangents on which the rod runs on and
 //! off, where the gap is that from the tangent. h falls to zero there over three segments, as the cubic spline whose sum over evenly spaced places is
 //! the same wherever they are, so that nothing jumps as segments pass on.
+//!
+//! Where the rod runs on and off is where the wheel's tangents have the directions of its spans at the start of a step.
 
-use kernels::math::{Quat, Vec3};
+use kernels::math::Vec3;
 use rod::Wheel;
 
 /// Unknown shares of the force at most: polynomials up to this order less one.
@@ -45,6 +47,11 @@ impl OnWheel {
 /// angle grows. Held at once, a rope of 314 N / strain with nodes on a circle of 0.1 m begins with a jerk of 287 N.
 pub(super) const LETS_GO: f64 = 0.05;
 
+/// Damping of the rod's joints towards the axle and away from it, over the stiffness of the rod's material to stretch [s]. A joint that runs on along the groove
+/// is not damped, but a rod that goes slack keeps its shape: without it a light rope whose weights jerk flutters on the wheel. At twice this
+/// a block and tackle is 1 % off its acceleration, at this 0.7 %.
+pub(super) const DAMPING: f64 = 1e-4;
+
 /// Where the rod is on the wheel: what one step leaves to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
@@ -53,9 +60,8 @@ pub(super) struct Track {
     /// A segment of the rod on the wheel, and its angle, which grows along the rod [rad].
     pub(super) middle: usize,
     pub(super) angle: f64,
-    /// Where the rod runs on and off [rad], and by how much that changed in the last step [rad/s].
+    /// Where the rod runs on and off [rad].
     pub(super) arc: [f64; 2],
-    pub(super) arc_rate: [f64; 2],
     /// How many shares of the force are unknown.
     pub(super) modes: usize,
     /// By how much the rod has turned, and its rate over the last step.
@@ -84,8 +90,6 @@ pub(super) struct Seat {
     pub(super) tangent: Vec3<f64>,
     /// Distance over which xi changes by one [m].
     pub(super) arm: f64,
-    /// Whether it is on the wheel, not on a tangent.
-    pub(super) is_round: bool,
     /// Distance from the groove, outwards and along the axle [m].
     pub(super) gap: f64,
     pub(super) across: f64,
@@ -96,6 +100,28 @@ pub(super) struct Seat {
     pub(super) slopes: [f64; MODES],
     /// Of the force along the rod: fixed in a step.
     pub(super) grip: f64,
+    /// The joint at its end.
+    pub(super) end: SeatEnd,
+}
+
+/// The joint at the end of a segment, where the groove damps it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SeatEnd {
+    /// Direction away from the axle.
+    pub(super) normal: Vec3<f64>,
+    /// Distance from the groove [m], and by how much it grew in the step under way.
+    pub(super) gap: f64,
+    pub(super) rise: f64,
+    /// The share of the segment on the wheel.
+    pub(super) share: f64,
+    /// From the segment's centre [m].
+    pub(super) arm: Vec3<f64>,
+}
+
+impl Default for SeatEnd {
+    fn default() -> Self {
+        Self { normal: Vec3::zero(), gap: 0.0, rise: 0.0, share: 0.0, arm: Vec3::zero() }
+    }
 }
 
 /// The groove in space.
@@ -137,18 +163,30 @@ fn nearest(angle: f64, to: f64) -> f64 {
     angle + std::f64::consts::TAU * ((to - angle) / std::f64::consts::TAU).round()
 }
 
-/// The integral of the quadratic spline, which is the cubic spline's rise from 0 to 1, and its derivative.
+/// The integral of the quadratic spline, a rise from 0 to 1, and its derivative.
 fn rise(at: f64) -> [f64; 2] {
-    let beyond = RISE - at.abs();
-    let [below, slope] = match (beyond <= 0.0, beyond < 1.0) {
-        (true, _) => [0.0, 0.0],
-        (_, true) => [beyond.powi(3) / 6.0, 0.5 * beyond * beyond],
-        _ => {
-            let z = -at.abs();
-            [0.5 + 0.75 * z - z.powi(3) / 3.0, 0.75 - z * z]
-        }
+    let beyond = (RISE - at.abs()).max(0.0);
+    let (below, slope) = if beyond < 1.0 {
+        (beyond.powi(3) / 6.0, 0.5 * beyond * beyond)
+    } else {
+        let z = -at.abs();
+        (0.5 + 0.75 * z - z.powi(3) / 3.0, 0.75 - z * z)
     };
     [if at > 0.0 { 1.0 - below } else { below }, slope]
+}
+
+/// Where the direction of a span is read: between two segments, this share of the way.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct End {
+    pub(super) segments: [usize; 2],
+    pub(super) share: f64,
+}
+
+impl End {
+    /// The shares of its segments.
+    pub(super) fn shares(&self) -> [(usize, f64); 2] {
+        [(self.segments[0], 1.0 - self.share), (self.segments[1], self.share)]
+    }
 }
 
 /// A pulley in motion.
@@ -249,13 +287,13 @@ impl Pulley {
             normal,
             tangent,
             arm,
-            is_round,
             gap,
             across,
             share: up - down,
             weights: [0.0; MODES],
             slopes: [0.0; MODES],
             grip: 0.0,
+            end: SeatEnd::default(),
         };
         // The share per rad, and its fall along the wheel.
         let (half, wrap) = (0.5 * (to - from), to - from);
@@ -279,25 +317,42 @@ impl Pulley {
         seat
     }
 
-    /// Where the rod runs on and off, by the directions of its spans beyond what the wheel presses on; and its segment in the middle of
-    /// that, with its angle. Spans are read at most so far from there [rad].
-    pub(super) fn found(
+    /// Finds the ends of the segments that are on the wheel, which have such axes.
+    pub(super) fn seat_ends(
+        &self,
+        groove: &Groove,
+        arc: [f64; 2],
+        at: impl Fn(usize) -> (Vec3<f64>, Vec3<f64>),
+        seats: &mut [Seat],
+    ) {
+        for seat in seats {
+            let (place, axis) = at(seat.segment);
+            let arm = axis * (0.5 * self.rod[seat.segment].angle * self.radius);
+            let offset = place + arm - groove.middle;
+            let Seat { normal, gap, share, .. } =
+                self.seat_of(seat.segment, groove, arc, (offset, groove.angle(offset, seat.angle)));
+            seat.end = SeatEnd { normal, gap, rise: 0.0, share, arm };
+        }
+    }
+
+    /// Where the directions of the spans are read when the rod runs on and off at an `arc`: beyond what the wheel presses on, but at most so
+    /// far from there [rad]; and the segment in the middle of that, with its angle.
+    pub(super) fn find_ends(
         &self,
         groove: &Groove,
         (arc, most): ([f64; 2], f64),
-        pose: impl Fn(usize) -> (Vec3<f64>, Quat<f64>),
-    ) -> ([f64; 2], (usize, f64)) {
+        at: impl Fn(usize) -> Vec3<f64>,
+    ) -> ([End; 2], (usize, f64)) {
         let goal = 0.5 * (arc[0] + arc[1]);
         let mut best = (self.track.middle, self.track.angle);
         let mut nearer = f64::INFINITY;
-        let mut read = |is_end: bool| {
+        let mut find = |is_end: bool| {
             let [from, to] = arc;
-            let mut before: Option<(f64, Vec3<f64>)> = None;
+            let mut before: Option<(f64, usize)> = None;
             let mut last = self.track.angle;
             let mut segment = self.track.middle;
-            let direction = loop {
-                let (place, turn) = pose(segment);
-                let offset = place - groove.middle;
+            loop {
+                let offset = at(segment) - groove.middle;
                 last = groove.angle(offset, last);
                 let seat = self.seat_of(segment, groove, arc, (offset, last));
                 if (seat.angle - goal).abs() < nearer {
@@ -305,23 +360,36 @@ impl Pulley {
                 }
                 let beyond = (BEYOND * self.rod[segment].angle).min(most);
                 let past = if is_end { seat.angle - to - beyond } else { from - beyond - seat.angle };
-                let direction = match before {
-                    Some((old, axis)) if past > 0.0 => axis + (turn.axis() - axis) * (old / (old - past)),
-                    _ => turn.axis(),
-                };
-                before = Some((past, turn.axis()));
                 let is_last = if is_end { segment + 1 == self.rod.len() } else { segment == 0 };
                 if past > 0.0 || is_last {
-                    break direction;
+                    return match before {
+                        Some((old, other)) if past > 0.0 => {
+                            End { segments: [other, segment], share: old / (old - past) }
+                        }
+                        _ => End { segments: [segment; 2], share: 1.0 },
+                    };
                 }
+                before = Some((past, segment));
                 segment = if is_end { segment + 1 } else { segment - 1 };
-            };
-            // The tangent at an angle is a right angle further.
-            let edge = if is_end { to } else { from };
-            groove.angle(direction, edge + std::f64::consts::FRAC_PI_2) - std::f64::consts::FRAC_PI_2
+            }
         };
-        let found = [read(false), read(true)];
-        (found, best)
+        ([find(false), find(true)], best)
+    }
+
+    /// Where the rod runs on and off, by the directions of its spans, near such angles.
+    pub(super) fn arc_of(
+        groove: &Groove,
+        ends: &[End; 2],
+        axis: impl Fn(usize) -> Vec3<f64>,
+        near: [f64; 2],
+    ) -> [f64; 2] {
+        let edge = |k: usize| {
+            let [(a, of_a), (b, of_b)] = ends[k].shares();
+            let direction = axis(a) * of_a + axis(b) * of_b;
+            // The tangent at an angle is a right angle further.
+            groove.angle(direction, near[k] + std::f64::consts::FRAC_PI_2) - std::f64::consts::FRAC_PI_2
+        };
+        [edge(0), edge(1)]
     }
 }
 

@@ -6,7 +6,7 @@ use kernels::lane::Real;
 use kernels::math::Vec3;
 use rod::{Model, OnPulley, Wheel};
 
-use super::pulley::{Groove, LETS_GO, MODES, OnWheel, Pulley, Seat, Track, modes_of, spread};
+use super::pulley::{DAMPING, Groove, LETS_GO, MODES, OnWheel, Pulley, Seat, SeatEnd, Track, modes_of, spread};
 use super::{Border, Slip, SlipOfPulley};
 use crate::parts::{pick_pose, vec3};
 use crate::snapshot::StateVisitor;
@@ -82,9 +82,14 @@ impl<T: Real> Component<T> {
         let mut seats = std::mem::take(&mut pulley.seats);
         let first = pulley.first;
         pulley.seat(&groove, pulley.arc, |segment| self.body_at(&self.poses, first + segment).x, &mut seats);
+        let place = |segment: usize| {
+            let BodyPose { x, q } = self.body_at(&self.poses, first + segment);
+            (x, q.axis())
+        };
+        pulley.seat_ends(&groove, pulley.arc, place, &mut seats);
         for seat in &mut seats {
             let old = pulley.start.iter().find(|old| old.segment == seat.segment);
-            seat.grip = old.map_or(0.0, |old| old.grip);
+            (seat.grip, seat.end.rise) = old.map_or((0.0, 0.0), |old| (old.grip, seat.end.gap - old.end.gap));
         }
         pulley.seats = seats;
     }
@@ -122,8 +127,7 @@ impl<T: Real> Component<T> {
         for (pulley, slip) in &mut pulleys {
             slip.at_start = slip.now;
             let track = pulley.track;
-            let on = |k: usize| track.arc[k] + track.arc_rate[k] * self.dt;
-            pulley.arc = spread([on(0), on(1)]);
+            pulley.arc = spread(track.arc);
             pulley.modes = track.modes;
             let kept = (-self.dt / LETS_GO).exp();
             pulley.held = track.held.map(|held| held * kept);
@@ -133,6 +137,11 @@ impl<T: Real> Component<T> {
             let mut start = std::mem::take(&mut pulley.start);
             let first = pulley.first;
             pulley.seat(&groove, pulley.arc, |segment| self.body_at(&self.start, first + segment).x, &mut start);
+            let place = |segment: usize| {
+                let BodyPose { x, q } = self.body_at(&self.start, first + segment);
+                (x, q.axis())
+            };
+            pulley.seat_ends(&groove, pulley.arc, place, &mut start);
             let sum: f64 = start.iter().map(|seat| seat.weights[0]).sum();
             start.iter_mut().for_each(|seat| seat.grip = if sum > 0.0 { seat.weights[0] / sum } else { 0.0 });
             pulley.start = start;
@@ -157,10 +166,12 @@ impl<T: Real> Component<T> {
                     force += Pulley::push(seat, mode) * press;
                 }
                 force += pulley.pull(seat) * pulley.along;
-                let across = groove.axis
-                    * (-seat.across * Self::across_stiffness(pulley, seat) * per_newton);
+                let damping = seat.end.normal * (-seat.end.rise * self.end_damping(pulley, seat) * per_newton);
+                let across = groove.axis * (-seat.across * Self::across_stiffness(pulley, seat) * per_newton);
                 let body = pulley.first + seat.segment;
-                self.eyelets.impulses[body].linear += force + across;
+                self.eyelets.impulses[body].linear += force + across + damping;
+                self.eyelets.impulses[body].angular += seat.end.arm.cross(damping);
+                force += damping;
                 reaction.linear -= force + across;
                 // Across the groove it acts at the rim, all else at the axle.
                 reaction.angular -= (seat.normal * seat.arm).cross(across);
@@ -181,6 +192,11 @@ impl<T: Real> Component<T> {
         seat.share * pulley.rod[seat.segment].across
     }
 
+    /// The damping of the groove at the end of a seat's segment, over the length of the step under way [N/m].
+    fn end_damping(&self, pulley: &Pulley, seat: &Seat) -> f64 {
+        seat.end.share * pulley.rod[seat.segment].across * DAMPING / self.dt
+    }
+
     /// Ends a step that is accepted.
     pub(super) fn end_pulleys(&mut self) {
         let per_dt = 1.0 / self.dt;
@@ -199,13 +215,11 @@ impl<T: Real> Component<T> {
             if modes > pulley.modes {
                 held[pulley.modes] = pulley.gap(pulley.modes);
             }
-            let rates = [0, 1].map(|k| (arc[k] - old.arc[k]) * per_dt);
             pulley.track = Track {
                 reference: groove.first(),
                 middle,
                 angle,
                 arc,
-                arc_rate: rates,
                 modes,
                 turned: old.turned + passed,
                 rate: passed * per_dt,
@@ -221,11 +235,9 @@ impl<T: Real> Component<T> {
 
     /// Where the rod runs on and off a pulley now.
     fn find_arc(&self, pulley: &Pulley, groove: &Groove, arc: ([f64; 2], f64)) -> ([f64; 2], (usize, f64)) {
-        let pose = |segment: usize| {
-            let BodyPose { x, q } = self.body_at(&self.poses, pulley.first + segment);
-            (x, q)
-        };
-        pulley.found(groove, arc, pose)
+        let pose = |segment: usize| self.body_at(&self.poses, pulley.first + segment);
+        let (ends, middle) = pulley.find_ends(groove, arc, |segment| pose(segment).x);
+        (Pulley::arc_of(groove, &ends, |segment| pose(segment).q.axis(), arc.0), middle)
     }
 
     /// Takes pulleys back to the start of the step.
@@ -236,14 +248,14 @@ impl<T: Real> Component<T> {
     /// Shows a visitor what the next step of pulleys begins with.
     pub(super) fn visit_pulleys(&mut self, visitor: &mut StateVisitor<'_>) {
         visitor.list(&mut self.eyelets.pulleys, |visitor, (pulley, slip)| {
-            let Track { reference, middle, angle, arc, arc_rate, modes, turned, rate, lean, press, along, held, force } =
+            let Track { reference, middle, angle, arc, modes, turned, rate, lean, press, along, held, force } =
                 &mut pulley.track;
             visitor.vector(reference);
             visitor.count(middle);
             visitor.count(modes);
             visitor.vector(force);
             let numbers = [angle, turned, rate, lean, along];
-            numbers.into_iter().chain(arc).chain(arc_rate).chain(press).chain(held).for_each(|number| visitor.number(number));
+            numbers.into_iter().chain(arc).chain(press).chain(held).for_each(|number| visitor.number(number));
             visitor.number(&mut pulley.sense);
             let mut sign = if let Slip::Slides(sign) = slip.now { sign } else { 0.0 };
             visitor.number(&mut sign);
@@ -259,10 +271,6 @@ impl<T: Real> Component<T> {
             let torque = along * pulley.radius;
             see(pulley.index, OnPulley { wrap, turned, rate, force: force.0.into(), torque });
         }
-    }
-
-    pub fn each_state(&self) {
-        for (p, slip) in &self.eyelets.pulleys { eprintln!("      slip {:?} press {:?} along {} gaps {:?} arc {:?} tens {} passed {} seats {}", slip.now, &p.press[..p.modes], p.along, (0..p.modes).map(|m| p.gap(m)).collect::<Vec<_>>(), p.arc, p.tensions(), self.passed(p), p.seats.len()); }
     }
 
     /// How far rods are from their pulleys at most, in lengths of segments.
@@ -288,10 +296,15 @@ impl Component<f64> {
         for (index, own) in model.pulleys.iter().enumerate() {
             let body = members.body(rod::Body::Segment(own.segments.start));
             let (Some(first), Some(holder)) = (body, members.body(own.holder)) else { continue };
-            let joints = model.joints_of(&own.segments);
-            // The groove is as stiff as the rod.
-            let stiffest = joints.iter().map(|&k| model.joints[k].stretch_compliance).fold(f64::INFINITY, f64::min);
-            let across = 1.0 / stiffest.max(rod::Joint::RIGID);
+            // The groove is as stiff across as the rod's material along it.
+            let is_own = |body: rod::Body| matches!(body, rod::Body::Segment(i) if own.segments.contains(&i));
+            let joints = model.joints.iter().filter(|joint| is_own(joint.a) && is_own(joint.b));
+            let stiffness = |joint: &rod::Joint| {
+                let rod::Body::Segment(i) = joint.a else { return 0.0 };
+                let area = std::f64::consts::PI * model.segments[i].radius.powi(2);
+                (joint.youngs_modulus * area / model.segments[i].length).min(1.0 / joint.stretch_compliance)
+            };
+            let across = joints.map(stiffness).fold(0.0, f64::max);
             let lengths = || model.segments[own.segments.clone()].iter().map(|segment| segment.length);
             let mut pulley = Pulley {
                 index,
@@ -309,7 +322,6 @@ impl Component<f64> {
                     middle: 0,
                     angle: 0.0,
                     arc: [0.0; 2],
-                    arc_rate: [0.0; 2],
                     modes: 1,
                     turned: 0.0,
                     rate: 0.0,
@@ -386,18 +398,12 @@ impl Component<f64> {
             bodies[pulley.holder].turning += curvature::of_force(pulley.force, holder.x - groove.middle);
             for seat in &pulley.seats {
                 let body = (pulley.first + seat.segment) as u32;
-                let mut add = |direction: Vec3<f64>, stiffness: f64| {
-                    let [x, y, z] = direction.0;
-                    rows.push(BodyRow { body, row: [x, y, z, 0.0, 0.0, 0.0], stiffness });
+                let mut add = |[x, y, z]: [f64; 3], [u, v, w]: [f64; 3], stiffness: f64| {
+                    rows.push(BodyRow { body, row: [x, y, z, u, v, w], stiffness: stiffness * per_newton });
                 };
-                add(groove.axis, Self::across_stiffness(pulley, seat) * per_newton);
-                if seat.is_round {
-                    add(seat.tangent, -pulley.load(seat) / seat.arm);
-                }
-                let slopes = pulley.press.iter().zip(&seat.slopes).take(pulley.modes);
-                let half = 0.5 * slopes.map(|(press, slope)| press * slope).sum::<f64>() / seat.arm;
-                add(seat.normal + seat.tangent, -half);
-                add(seat.normal - seat.tangent, half);
+                add(groove.axis.0, [0.0; 3], Self::across_stiffness(pulley, seat));
+                let SeatEnd { normal, arm, .. } = seat.end;
+                add(normal.0, arm.cross(normal).0, self.end_damping(pulley, seat));
             }
         }
         rows.sort_by_key(|row| row.body);
@@ -411,11 +417,11 @@ impl Component<f64> {
         let is_free = |body: usize| self.bodies[body].free != 0.0;
         let seats = || pulley.seats.iter().filter(|seat| is_free(pulley.first + seat.segment));
         out.bodies.extend(seats().map(|seat| pulley.first + seat.segment));
+        let holder = self.body_at(&self.poses, pulley.holder);
+        let groove = Self::groove(pulley, holder);
         if is_free(pulley.holder) {
             out.bodies.push(pulley.holder);
         }
-        let holder = self.body_at(&self.poses, pulley.holder);
-        let groove = Self::groove(pulley, holder);
         let arm = groove.middle - holder.x;
         for unknown in 0..unknowns {
             let force = |seat: &Seat| if unknown < modes { Pulley::push(seat, unknown) } else { pulley.pull(seat) };

@@ -237,7 +237,6 @@ impl Exact<f64> {
             let correction = component.correction.max(component.eyelet_correction());
             attempt.take(found, correction, 1.0);
             Self::judge_sliding(component, &mut attempt);
-            if std::env::var("VV").is_ok() { eprintln!("   it {iteration} dt {} corr {correction:e} err {:e} res {:e} {:e} mom {:e} unb {:e} taken {taken} mended {}", interval.dt, attempt.error, attempt.residuals.stretch, attempt.residuals.bend, attempt.residuals.momentum, component.unbalanced(), self.elimination.mended); component.each_state(); }
         }
         component.is_apart = false;
         attempt
