@@ -41,9 +41,6 @@ fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Pulley>, 
         return source.wrong(own.rod.span(), "is closed, but rods on pulleys have ends");
     }
     let segments = rod.segments.clone();
-    if builder.is_body(own.rod.get_ref()) {
-        return source.wrong(own.rod.span(), "must name a rod that runs over the pulley, not a body");
-    }
     let middle = source.vector(&own.centre_m, "m")?;
     let axis = Unit::new_normalize(source.direction(&own.axis)?);
     let radius = source.positive(&own.radius_m, "m")?;
