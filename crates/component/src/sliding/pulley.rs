@@ -11,14 +11,8 @@
 use kernels::math::Vec3;
 use rod::Wheel;
 
-/// Unknown shares of the force at most: polynomials up to this order less one.
-pub(super) const MODES: usize = 8;
-/// Half of the width over which the force rises at each end of the wrapped angle, in segments: that of the cubic spline.
-const RISE: f64 = 1.5;
-/// Distance from there to where the direction of a span is read, in segments: those of its segments on which the wheel does not press.
-const BEYOND: f64 = 2.0;
-/// The least angle over which a rod that presses on a wheel is spread [rad]: that of a straight one.
-const LEAST_WRAP: f64 = 1e-3;
+/// A number for each unknown share of the force: polynomials of an order below eight, for up to three and a half turns.
+pub(super) type Shares = [f64; 8];
 
 /// A segment of the rod, as the wheel sees it.
 #[derive(Clone, Copy, Debug)]
@@ -43,15 +37,6 @@ impl OnWheel {
     }
 }
 
-/// Time in which what a rod is off the groove where a share of the force begins to hold it falls to 1/e [s]: as it is drawn, and where the wrapped
-/// angle grows. Held at once, a rope of 314 N / strain with nodes on a circle of 0.1 m begins with a jerk of 287 N.
-pub(super) const LETS_GO: f64 = 0.05;
-
-/// Damping of the rod's joints towards the axle and away from it, over the stiffness of the rod's material to stretch [s]. A joint that runs on along the groove
-/// is not damped, but a rod that goes slack keeps its shape: without it a light rope whose weights jerk flutters on the wheel. At twice this
-/// a block and tackle is 1 % off its acceleration, at this 0.7 %.
-pub(super) const DAMPING: f64 = 1e-4;
-
 /// Where the rod is on the wheel: what one step leaves to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
@@ -70,10 +55,10 @@ pub(super) struct Track {
     /// The exponent by which the tension falls along the wheel [1/rad].
     pub(super) lean: f64,
     /// Shares of the force [N], and the force along the rod [N].
-    pub(super) press: [f64; MODES],
+    pub(super) press: Shares,
     pub(super) along: f64,
     /// Averages of the gaps that the shares of the force hold [m].
-    pub(super) held: [f64; MODES],
+    pub(super) held: Shares,
     /// Force on the rod [N].
     pub(super) force: Vec3<f64>,
 }
@@ -96,8 +81,8 @@ pub(super) struct Seat {
     /// The share of the segment on the wheel.
     pub(super) share: f64,
     /// h of each mode, and its derivative with respect to xi.
-    pub(super) weights: [f64; MODES],
-    pub(super) slopes: [f64; MODES],
+    pub(super) weights: Shares,
+    pub(super) slopes: Shares,
     /// Of the force along the rod: fixed in a step.
     pub(super) grip: f64,
     /// The joint at its end.
@@ -165,7 +150,7 @@ fn nearest(angle: f64, to: f64) -> f64 {
 
 /// The integral of the quadratic spline, a rise from 0 to 1, and its derivative.
 fn rise(at: f64) -> [f64; 2] {
-    let beyond = (RISE - at.abs()).max(0.0);
+    let beyond = (1.5 - at.abs()).max(0.0);
     let (below, slope) = if beyond < 1.0 {
         (beyond.powi(3) / 6.0, 0.5 * beyond * beyond)
     } else {
@@ -212,11 +197,11 @@ pub(super) struct Pulley {
     pub(super) arc: [f64; 2],
     pub(super) modes: usize,
     /// Shares of the force and the force along the rod, times dt^2, and their last change.
-    pub(super) press: [f64; MODES],
+    pub(super) press: Shares,
     pub(super) along: f64,
-    pub(super) change: [f64; MODES + 1],
+    pub(super) change: (Shares, f64),
     /// Averages of the gaps that the shares of the force hold [m].
-    pub(super) held: [f64; MODES],
+    pub(super) held: Shares,
     /// Force on the rod times dt^2.
     pub(super) force: Vec3<f64>,
     /// Where segments are, at the start of the step and now.
@@ -225,6 +210,11 @@ pub(super) struct Pulley {
 }
 
 impl Pulley {
+    /// How far beyond the wrapped angle the wheel presses: half of the width of the cubic spline [rad].
+    fn reach(&self) -> f64 {
+        1.5 * self.longest
+    }
+
     /// Where segments are in a groove, by the places of their centres, when the rod runs on and off at an `arc`.
     pub(super) fn seat(&self, groove: &Groove, arc: [f64; 2], at: impl Fn(usize) -> Vec3<f64>, out: &mut Vec<Seat>) {
         out.clear();
@@ -235,7 +225,7 @@ impl Pulley {
             (round, self.seat_of(segment, groove, arc, (offset, round)))
         };
         let (centre, seat) = place(middle, self.track.angle);
-        let reach = RISE * self.longest;
+        let reach = self.reach();
         let mut last = centre;
         for segment in (0..middle).rev() {
             let (round, seat) = place(segment, last);
@@ -290,21 +280,21 @@ impl Pulley {
             gap,
             across,
             share: up - down,
-            weights: [0.0; MODES],
-            slopes: [0.0; MODES],
+            weights: Shares::default(),
+            slopes: Shares::default(),
             grip: 0.0,
             end: SeatEnd::default(),
         };
         // The share per rad, and its fall along the wheel.
         let (half, wrap) = (0.5 * (to - from), to - from);
-        let reach = half + RISE * self.longest;
+        let reach = half + self.reach();
         let x = (angle - from - half) / reach;
         let lean = self.track.lean;
         let fall = (-lean * (angle - from - half)).exp() * own / wrap;
         let (share, slope) = (seat.share * fall, (up_slope - down_slope) / own * fall - lean * seat.share * fall);
         // Legendre's polynomials.
         let (mut now, mut before) = ([1.0, 0.0], [0.0, 0.0]);
-        for mode in 0..MODES.min(self.modes + 1) {
+        for mode in 0..seat.weights.len().min(self.modes + 1) {
             seat.weights[mode] = share * now[0];
             seat.slopes[mode] = slope * now[0] + share * now[1] / reach;
             let n = mode as f64;
@@ -358,7 +348,8 @@ impl Pulley {
                 if (seat.angle - goal).abs() < nearer {
                     (nearer, best) = ((seat.angle - goal).abs(), (segment, last));
                 }
-                let beyond = (BEYOND * self.rod[segment].angle).min(most);
+                // On the first segments on which the wheel does not press.
+                let beyond = (2.0 * self.rod[segment].angle).min(most);
                 let past = if is_end { seat.angle - to - beyond } else { from - beyond - seat.angle };
                 let is_last = if is_end { segment + 1 == self.rod.len() } else { segment == 0 };
                 if past > 0.0 || is_last {
@@ -395,7 +386,8 @@ impl Pulley {
 
 /// Both ends of a wrapped angle, a least one apart.
 pub(super) fn spread([from, to]: [f64; 2]) -> [f64; 2] {
-    let lacking = (LEAST_WRAP - (to - from)).max(0.0);
+    // A rod that is straight presses at a point.
+    let lacking = (1e-3 - (to - from)).max(0.0);
     [from - 0.5 * lacking, to + 0.5 * lacking]
 }
 
@@ -404,5 +396,9 @@ pub(super) fn spread([from, to]: [f64; 2]) -> [f64; 2] {
 /// stays as long as it is nearly right.
 pub(super) fn modes_of(wrap: f64, before: usize) -> usize {
     let exact = 1.0 + wrap / std::f64::consts::FRAC_PI_2;
-    if (exact - before as f64).abs() < 0.75 { before } else { (exact.round() as usize).clamp(1, MODES) }
+    if (exact - before as f64).abs() < 0.75 {
+        before
+    } else {
+        (exact.round() as usize).clamp(1, Shares::default().len())
+    }
 }

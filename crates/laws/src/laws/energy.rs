@@ -259,8 +259,8 @@ impl EnergyBalance {
         self.jump = self.jump / 3.0 + jump(step);
         let is_known = step.is_whole()
             || (step.status == Status::ConvergedInSubsteps && work.is_steady && !model.contacts.is_empty());
-        // What feeds do is not told.
-        let is_fed = model.sliding_joints.iter().any(|joint| joint.feed.is_some());
+        // What feeds and pulleys do is not told.
+        let is_fed = model.sliding_joints.iter().any(|joint| joint.feed.is_some()) || !model.pulleys.is_empty();
         if !is_known || is_fed || model.contacts.allow_overlap {
             *self = Self { jump: self.jump, ..Self::default() };
             return;
