@@ -2,6 +2,7 @@
 
 use cosserat::scene::{Scene, builtin, builtins};
 use cosserat::simulation::Formulation;
+use cosserat::state::Model;
 use evaluation::needs::{Needs, measure};
 
 fn needs(scene: &Scene, formulation: Formulation, steps: usize) -> Needs {
