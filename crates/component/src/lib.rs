@@ -74,7 +74,7 @@ pub use motion::{LARGEST_TURN, in_kernel};
 pub use parts::{copy_spatial, pick_pose, pick_spatial};
 pub use pose::BodyPose;
 pub use released::has_loose;
-pub use sliding::{BodyColumns, Border, UNKNOWNS};
+pub use sliding::Border;
 pub use split::split;
 pub use split::{Alike, split_alike, whole};
 

@@ -17,15 +17,17 @@
 //! on a centreline with a continuous tangent.
 
 mod feed;
+mod pulley;
 mod step;
 mod store;
+mod turn;
 
 use kernels::Spatial;
 use kernels::math::Vec3;
 use rod::Centreline;
 
 /// Unknowns of a sliding joint: its force and its place.
-pub const UNKNOWNS: usize = 4;
+const UNKNOWNS: usize = 4;
 
 /// Whether an eyelet stays at its place on the rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +36,13 @@ enum Slip {
     Sticks,
     /// It moves along the rod with this sign.
     Slides(f64),
+}
+
+/// Whether a rod sticks to the wheel of a pulley, now and at the start of the step.
+#[derive(Clone, Copy, Debug)]
+struct SlipOfPulley {
+    now: Slip,
+    at_start: Slip,
 }
 
 /// A sliding joint in motion.
@@ -73,34 +82,51 @@ struct Eyelet {
     change: (Vec3<f64>, f64),
 }
 
-/// The eyelets through which rods of a component run.
+/// The eyelets and pulleys through which and over which rods of a component run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Eyelets {
     all: Vec<Eyelet>,
+    pulleys: Vec<(pulley::Pulley, SlipOfPulley)>,
     /// Per body: what they do to it; empty where there are none.
     impulses: Vec<Spatial<f64>>,
 }
 
-/// What an eyelet's unknowns do to a body that moves, and the body to its equations: columns of force along x, y, z and of the place.
-#[derive(Clone, Copy, Debug)]
-pub struct BodyColumns {
-    /// The body.
-    pub body: usize,
-    /// What a unit of each unknown adds to force and torque on it.
-    pub columns: [Spatial<f64>; UNKNOWNS],
-    /// The row of the equation along the rod; rows of the other three are the columns.
-    pub row: Spatial<f64>,
-}
-
-/// A sliding joint's share of the border.
+/// What the unknowns of an eyelet or of a pulley do to bodies, and bodies to its equations: its share of the border.
 #[derive(Clone, Debug, Default)]
 pub struct Border {
-    /// Bodies that it moves.
-    pub bodies: Vec<BodyColumns>,
-    /// How its equations change with its own unknowns.
-    pub own: [[f64; UNKNOWNS]; UNKNOWNS],
+    /// Bodies that move.
+    pub bodies: Vec<usize>,
+    /// What a unit of each unknown adds to force and torque on each body: unknown by unknown, body by body.
+    pub columns: Vec<Spatial<f64>>,
+    /// How each equation changes as each body moves, in the same order.
+    pub rows: Vec<Spatial<f64>>,
+    /// How its equations change with its own unknowns, row by row.
+    pub own: Vec<f64>,
     /// What they miss.
-    pub missed: [f64; UNKNOWNS],
-    /// How the force along the rod changes with the place, without friction.
-    pub along: f64,
+    pub missed: Vec<f64>,
+    /// The same as `own` for what contacts see: without friction and drives, so that it is symmetric.
+    pub seen: Vec<f64>,
+    /// How many unknowns, the last ones, contacts do not see.
+    pub unseen: usize,
+}
+
+impl Border {
+    /// Number of its unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.missed.len()
+    }
+
+    /// Begins one with so many unknowns.
+    fn begin(&mut self, unknowns: usize) {
+        self.bodies.clear();
+        self.columns.clear();
+        self.rows.clear();
+        self.unseen = 0;
+        self.missed.clear();
+        self.missed.resize(unknowns, 0.0);
+        for own in [&mut self.own, &mut self.seen] {
+            own.clear();
+            own.resize(unknowns * unknowns, 0.0);
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Splitting a model into its connected sets of segments.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 use std::sync::Arc;
 
 use jointed::topology::Topology;
@@ -19,7 +20,7 @@ pub struct Alike {
     pub topology: Arc<Topology>,
     /// Their parts of the model.
     pub sets: Vec<Members>,
-    /// Whether a rod of them runs through an eyelet.
+    /// Whether a rod of them runs through an eyelet or over a pulley.
     pub slides: bool,
     /// Whether a joint of them is not elastic.
     pub is_inelastic: bool,
@@ -37,13 +38,19 @@ impl Alike {
     }
 }
 
+/// Rods that run through eyelets and over pulleys, with what these are part of.
+fn threaded(model: &Model) -> impl Iterator<Item = (&Range<usize>, Body)> {
+    let eyelets = model.sliding_joints.iter().map(|joint| (&joint.segments, joint.holder));
+    eyelets.chain(model.pulleys.iter().map(|pulley| (&pulley.segments, pulley.holder)))
+}
+
 /// Splits a model into its connected sets, alike ones together, in the order in which the first of each kind comes.
 pub fn split_alike(model: &Model) -> Vec<Alike> {
     let mut kinds: HashMap<(Vec<[u32; 2]>, Vec<bool>), usize> = HashMap::new();
     let mut by_kind: Vec<(Arc<Topology>, Vec<Members>, [bool; 2])> = Vec::new();
     for (members, topology) in split(model) {
         let has = |segment: usize| members.segments.binary_search(&segment).is_ok();
-        let slides = model.sliding_joints.iter().any(|joint| has(joint.segments.start));
+        let slides = threaded(model).any(|(rod, _)| has(rod.start));
         let is_inelastic = model.laws.iter().any(|own| members.joints.binary_search(&own.joint).is_ok());
         if slides || is_inelastic {
             by_kind.push((Arc::new(topology), vec![members], [slides, is_inelastic]));
@@ -97,10 +104,10 @@ pub fn split(model: &Model) -> Vec<(Members, Topology)> {
             leader[a.max(b)] = a.min(b);
         }
     }
-    for joint in &model.sliding_joints {
-        let holder = if let Body::Segment(holder) = joint.holder { Some(holder) } else { None };
-        for b in joint.segments.clone().chain(holder) {
-            let (a, b) = (find(&mut leader, joint.segments.start), find(&mut leader, b));
+    for (rod, holder) in threaded(model) {
+        let holder = if let Body::Segment(holder) = holder { Some(holder) } else { None };
+        for b in rod.clone().chain(holder) {
+            let (a, b) = (find(&mut leader, rod.start), find(&mut leader, b));
             leader[a.max(b)] = a.min(b);
         }
     }
@@ -131,9 +138,9 @@ pub fn split(model: &Model) -> Vec<(Members, Topology)> {
             }
         }
     }
-    for joint in &model.sliding_joints {
-        if let Body::Anchor(anchor) = joint.holder {
-            sets[set_of[joint.segments.start]].anchors.push(anchor);
+    for (rod, holder) in threaded(model) {
+        if let Body::Anchor(anchor) = holder {
+            sets[set_of[rod.start]].anchors.push(anchor);
         }
     }
     sets.into_iter()

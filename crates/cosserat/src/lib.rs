@@ -120,9 +120,9 @@ pub mod scene {
 /// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths, first modes; parts of it.
 pub mod state {
     pub use rod::{
-        Body, DriveError, Freedom, InelasticJoint, InternalVariables, Joint, JointForce, Mode, Model, ModelError, Part,
-        Pose, Probe, Quantity, Reading, Restoring, Segment, Sliding, SlidingJoint, Springs, State, curvature, darboux,
-        measure,
+        Body, DriveError, Freedom, InelasticJoint, InternalVariables, Joint, JointForce, Mode, Model, ModelError,
+        OnPulley, Part, Pose, Probe, Pulley, Quantity, Reading, Restoring, Segment, Sliding, SlidingJoint, Springs,
+        State, Wheel, curvature, darboux, measure,
     };
 }
 

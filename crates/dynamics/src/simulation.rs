@@ -13,7 +13,7 @@ use jointed::topology::Topology;
 use kernels::parallel;
 use nalgebra::Vector3;
 use rod::Integrator;
-use rod::{Body, Carried, Changing, JointForce, Model, ModelError, Sliding, State};
+use rod::{Body, Carried, Changing, JointForce, Model, ModelError, OnPulley, Sliding, State};
 use thiserror::Error;
 
 use crate::attempt::{Exact, TangentChoice};
@@ -70,6 +70,9 @@ pub enum SimulationError {
     /// Eyelets where rods cannot run through any.
     #[error("sliding joints need {0}")]
     Sliding(&'static str),
+    /// Pulleys where rods cannot run over any.
+    #[error("pulleys need {0}")]
+    Pulleys(&'static str),
     /// Joints with laws where nothing knows of them.
     #[error("joints that are not elastic need {0}")]
     Inelastic(&'static str),
@@ -201,6 +204,7 @@ impl Simulation {
         let exact = settings.step.tangent == Tangent::Exact;
         match lacks_for_exact(model, settings) {
             Some(lacking) if !model.sliding_joints.is_empty() => return Err(SimulationError::Sliding(lacking)),
+            Some(lacking) if !model.pulleys.is_empty() => return Err(SimulationError::Pulleys(lacking)),
             Some(lacking) if exact => return Err(SimulationError::Tangent(lacking)),
             _ => {}
         }
@@ -236,7 +240,11 @@ impl Simulation {
                         (!exact && !alike.slides && set.exact.is_some()).then(|| TangentChoice::new(&alike.topology));
                 }
                 if alike.slides && alike.topology.elimination.is_none() {
-                    return Err(SimulationError::Sliding("rods without loops"));
+                    let what = "rods without loops";
+                    return Err(match model.sliding_joints.is_empty() {
+                        true => SimulationError::Pulleys(what),
+                        false => SimulationError::Sliding(what),
+                    });
                 }
                 if exact && set.exact.is_none() {
                     return Err(SimulationError::Tangent("rods with at most one loop a set"));
@@ -268,6 +276,9 @@ impl Simulation {
         without_loose(model, "a prediction in place of solves")?;
         if !model.sliding_joints.is_empty() {
             return Err(SimulationError::Sliding("solves, not predictions in their place"));
+        }
+        if !model.pulleys.is_empty() {
+            return Err(SimulationError::Pulleys("solves, not predictions in their place"));
         }
         if !model.laws.is_empty() {
             return Err(SimulationError::Inelastic("solves, not predictions in their place"));
@@ -388,6 +399,11 @@ impl Simulation {
     /// Copies where each sliding joint of the model is and what it does to `sliding`, which must have an entry for each.
     pub fn store_sliding(&self, sliding: &mut [Sliding]) {
         self.singles().for_each(|component| component.each_sliding(|index, own| sliding[index] = own));
+    }
+
+    /// Copies where rods are on each pulley of the model and what it does to `pulleys`, which must have an entry for each.
+    pub fn store_pulleys(&self, pulleys: &mut [OnPulley]) {
+        self.singles().for_each(|component| component.each_pulley(|index, own| pulleys[index] = own));
     }
 
     /// Copies how the last step ended for the connected set of each segment to `statuses`, which must have an entry for each

@@ -135,6 +135,9 @@ impl Draft {
         if method.formulation == Formulation::Newton && self.random.chance(0.2) {
             (0..self.random.pick(&[1, 1, 2])).for_each(|_| self.eyelet());
         }
+        if method.formulation == Formulation::Newton && self.added.chance(0.1) {
+            self.pulley();
+        }
         if self.random.chance(0.08) {
             self.copies();
         }
@@ -239,6 +242,36 @@ impl Draft {
         }
     }
 
+    /// A pulley beside a straight rod.
+    fn pulley(&mut self) {
+        let straight = |rod: &&Drawn| rod.is_open && rod.is_one;
+        let Some((name, [from, to], segments)) =
+            self.rods.iter().filter(straight).find_map(|rod| Some((rod.name.clone(), rod.ends?, rod.segments)))
+        else {
+            return;
+        };
+        let along = to - from;
+        let length = along.norm() / segments as f64;
+        let axis = along.cross(&self.added.direction());
+        if axis.norm() < 0.1 * along.norm() {
+            return;
+        }
+        let radius = short(length * self.added.uniform(1.5, 5.0));
+        let centre = from + along * self.added.uniform(0.2, 0.8) + axis.cross(&along).normalize() * radius;
+        let (centre, axis) = (list(centre), list(axis.normalize()));
+        put!(self, "\n[[pulleys]]\nrod = \"{name}\"\ncentre_m = {centre:?}\naxis = {axis:?}\nradius_m = {radius:?}");
+        match self.added.whole(0, 3) {
+            0 => {}
+            1 => put!(self, "friction = {:?}", self.added.uniform(0.0, 1.0)),
+            2 => put!(self, "friction = {:?}\ninertia_kg_m2 = {:?}", self.added.uniform(0.0, 1.0), radius * radius),
+            _ => {
+                let (friction, rate) = (self.added.uniform(0.0, 1.0), self.added.uniform(-1.0, 1.0));
+                let torque = self.added.uniform(0.0, 10.0);
+                put!(self, "friction = {friction:?}\ndrive = {{ rate_rad_s = {rate:?}, max_torque_n_m = {torque:?} }}");
+            }
+        }
+    }
+
     /// What drives a rod through an eyelet, out of a store or not.
     fn feed(&mut self) {
         let mut keys = format!("speed_m_s = {:?}", self.size * self.added.uniform(-0.5, 0.5));
@@ -277,6 +310,8 @@ mod tests {
                     "full circles",
                     "drives this segment",
                     "sliding joints need",
+                    "pulleys need",
+                    "off the pulley's groove",
                     "goes with a rod that has no held segments",
                     "goes with an elastic rod",
                     "what is joined to others stays out of the store",

@@ -1,7 +1,7 @@
 //! Several models and their states as one.
 
 use crate::part::with_motions;
-use crate::{Body, Changing, Driven, InelasticJoint, Joint, Load, Model, Motion, Segment, SlidingJoint, State};
+use crate::{Body, Changing, Driven, InelasticJoint, Joint, Load, Model, Motion, Pulley, Segment, SlidingJoint, State};
 
 impl Model {
     /// Adds another model beside this one: its segments, joints, anchors, loads and motions, and what of its loads changes
@@ -28,6 +28,7 @@ impl Model {
             loads: _,
             motions,
             sliding_joints,
+            pulleys,
             laws,
             open,
             changes,
@@ -42,6 +43,11 @@ impl Model {
         self.anchors.extend(&other.anchors);
         self.loads.extend(other.loads.iter().map(|own| Load { segment: own.segment + segments, ..*own }));
         self.sliding_joints.extend(sliding_joints.iter().map(|own| SlidingJoint {
+            segments: own.segments.start + segments..own.segments.end + segments,
+            holder: moved(own.holder),
+            ..own.clone()
+        }));
+        self.pulleys.extend(pulleys.iter().map(|own| Pulley {
             segments: own.segments.start + segments..own.segments.end + segments,
             holder: moved(own.holder),
             ..own.clone()

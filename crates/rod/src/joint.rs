@@ -82,6 +82,9 @@ impl Model {
         if !self.sliding_joints.is_empty() {
             return Some("rods in eyelets");
         }
+        if !self.pulleys.is_empty() {
+            return Some("pulleys");
+        }
         if !self.laws.is_empty() {
             return Some("joints that are not elastic");
         }

@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
     Air, Body, BodyShape, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InelasticJoint, InnerDamping, LineInertia,
-    Mesh, ModelError, Mount, Pose, RigidBody, SlidingJoint, State,
+    Mesh, ModelError, Mount, Pose, Pulley, RigidBody, SlidingJoint, State,
 };
 
 /// A rigid cylinder, one node of the paper's graph (section 3.1); or a rigid body of any shape that rods are joined to.
@@ -212,6 +212,8 @@ pub struct Model {
     pub motions: Vec<Driven>,
     /// Eyelets through which rods run.
     pub sliding_joints: Vec<SlidingJoint>,
+    /// Pulleys over which rods run.
+    pub pulleys: Vec<Pulley>,
     /// Joints that are not elastic, in ascending order of their joints.
     pub laws: Vec<InelasticJoint>,
     /// Anchors that hold nothing, open grips: their joints transmit nothing, and they go with the faces that they may hold.

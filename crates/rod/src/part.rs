@@ -1,10 +1,12 @@
 //! A part of a model: some of its rods with all that belongs to them, as if there were no others; and a model in another place.
 
 use std::collections::{BTreeSet, HashMap};
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::{
-    Body, Carried, Change, Changing, Driven, InelasticJoint, JointForce, Load, Model, Motion, Pose, SlidingJoint, State,
+    Body, Carried, Change, Changing, Driven, InelasticJoint, JointForce, Load, Model, Motion, Pose, Pulley,
+    SlidingJoint, State,
 };
 
 /// Some rods of a model without the others: see [`Model::part`].
@@ -35,14 +37,15 @@ impl Model {
         };
         let ends = |k: usize| [self.joints[k].a, self.joints[k].b];
         let joints: Vec<usize> = (0..self.joints.len()).filter(|&k| stays(ends(k))).collect();
-        let segments_of = |joint: &SlidingJoint| {
-            let first = *of_segment.get(&joint.segments.start)?;
-            let stays = joint.segments.clone().enumerate().all(|(k, i)| of_segment.get(&i) == Some(&(first + k)));
-            stays.then_some(first..first + joint.segments.len())
+        let segments_of = |segments: &Range<usize>| {
+            let first = *of_segment.get(&segments.start)?;
+            let stays = segments.clone().enumerate().all(|(k, i)| of_segment.get(&i) == Some(&(first + k)));
+            stays.then_some(first..first + segments.len())
         };
-        let eyelets =
-            self.sliding_joints.iter().filter(|&joint| segments_of(joint).is_some()).map(|joint| joint.holder);
-        let anchors: BTreeSet<usize> = joints.iter().flat_map(|&k| ends(k)).chain(eyelets).filter_map(anchor).collect();
+        let eyelets = self.sliding_joints.iter().filter(|joint| segments_of(&joint.segments).is_some());
+        let pulleys = self.pulleys.iter().filter(|pulley| segments_of(&pulley.segments).is_some());
+        let holders = eyelets.map(|joint| joint.holder).chain(pulleys.map(|pulley| pulley.holder));
+        let anchors: BTreeSet<usize> = joints.iter().flat_map(|&k| ends(k)).chain(holders).filter_map(anchor).collect();
         let anchors: Vec<usize> = anchors.into_iter().collect();
         let loads: Vec<usize> =
             (0..self.loads.len()).filter(|&k| of_segment.contains_key(&self.loads[k].segment)).collect();
@@ -57,7 +60,10 @@ impl Model {
             Some(joint)
         };
         let slides = |joint: &SlidingJoint| {
-            Some(SlidingJoint { segments: segments_of(joint)?, holder: body(joint.holder)?, ..joint.clone() })
+            Some(SlidingJoint { segments: segments_of(&joint.segments)?, holder: body(joint.holder)?, ..joint.clone() })
+        };
+        let on_pulley = |own: &Pulley| {
+            Some(Pulley { segments: segments_of(&own.segments)?, holder: body(own.holder)?, ..own.clone() })
         };
         let law = |own: &InelasticJoint| {
             let joint = joints.binary_search(&own.joint).ok()?;
@@ -80,6 +86,7 @@ impl Model {
             loads: loads.iter().map(load).collect(),
             motions: self.motions.iter().filter_map(driven).collect(),
             sliding_joints: self.sliding_joints.iter().filter_map(slides).collect(),
+            pulleys: self.pulleys.iter().filter_map(on_pulley).collect(),
             laws: self.laws.iter().filter_map(law).collect(),
             open: self.open.iter().filter_map(|k| of_anchor.get(k).copied()).collect(),
             changes: self.changes.iter().filter_map(change).collect(),

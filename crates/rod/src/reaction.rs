@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::measure::apply_inertia;
-use crate::{Body, JointForce, Model, Segment, SlidingJoint, State};
+use crate::{Body, JointForce, Model, Segment, State};
 
 /// A force [N] and a moment about a body's position [N m], in world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,7 +71,7 @@ impl Reaction {
     /// where nothing touches. Fixed segments come in their order, then anchors. What of the model changes over time must be that
     /// of the end of the step: see [`Model::set_time`].
     ///
-    /// Eyelets are not among them, nor are fixed segments that bear an eyelet's force: see [`crate::Sliding`].
+    /// Eyelets and pulleys are not among them, nor are fixed segments that bear their forces: see [`crate::Sliding`] and [`crate::OnPulley`].
     ///
     /// A fixed segment's is what moves it as it moves, beside gravity, its loads, its joints, its contacts and the air's drag on
     /// it: `m (a - g) - F` and `d(I w)/dt - M` with velocities that change from state to state. An anchor has no mass.
@@ -104,10 +104,9 @@ impl Reaction {
         // The wind is the same for all.
         let air = model.air.as_ref().map(|air| (air, air.wind.at(to)));
         let mut held = Vec::new();
-        let bears_eyelet = |i: &usize| {
-            let of = |joint: &SlidingJoint| joint.holder == Body::Segment(*i) || joint.segments.contains(i);
-            model.sliding_joints.iter().any(of)
-        };
+        let eyelets = model.sliding_joints.iter().map(|joint| (joint.holder, &joint.segments));
+        let through = || eyelets.clone().chain(model.pulleys.iter().map(|pulley| (pulley.holder, &pulley.segments)));
+        let bears_eyelet = |i: &usize| through().any(|(holder, rod)| holder == Body::Segment(*i) || rod.contains(i));
         let is_told = |(i, segment): &(usize, &Segment)| segment.fixed && !bears_eyelet(i);
         for (i, segment) in model.segments.iter().enumerate().filter(is_told) {
             let parts = &mut segments[i];
@@ -121,7 +120,7 @@ impl Reaction {
             parts.drag = air.as_ref().map_or_else(Wrench::default, |(air, wind)| model.drag_in(air, wind, i, after));
             held.push((Body::Segment(i), *parts));
         }
-        let is_eyelet = |i: usize| model.sliding_joints.iter().any(|joint| joint.holder == Body::Anchor(i));
+        let is_eyelet = |i: usize| through().any(|(holder, _)| holder == Body::Anchor(i));
         let anchors = anchors.into_iter().enumerate().filter(|(i, _)| !is_eyelet(*i));
         held.extend(anchors.map(|(i, parts)| (Body::Anchor(i), parts)));
         held.into_iter().map(|(body, parts)| Self::of(body, parts)).collect()

@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use crate::Body;
 
 pub use feed::Feed;
+pub(crate) use feed::linear;
 
 /// A rod runs through a small eyelet. The eyelet is on the rod's smooth centreline ([`Centreline`]); where along the rod is an unknown of
 /// each step. All turns are free. The rod cannot leave the eyelet: at its ends it stops.

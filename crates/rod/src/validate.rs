@@ -1,6 +1,7 @@
 //! The checks of a model: numbers, indices, motions, changes.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use crate::driven::begins_at;
 use crate::error::unit;
@@ -97,6 +98,7 @@ impl Model {
             finite("load", i, "torque", l.torque.as_slice())?;
         }
         self.validate_sliding_joints()?;
+        self.pulleys.iter().enumerate().try_for_each(|(index, pulley)| pulley.validate(self, index))?;
         self.validate_laws()?;
         finite("model", 0, "gravity", self.gravity.as_slice())?;
         not_negative("model", 0, "linear damping", self.damping.linear)?;
@@ -115,22 +117,7 @@ impl Model {
         let what = "sliding joint";
         for (index, joint) in self.sliding_joints.iter().enumerate() {
             let value = |quantity, value, allowed| Err(ModelError::Value { what, index, quantity, value, allowed });
-            let std::ops::Range { start, end } = joint.segments;
-            let last = if end > start { end - 1 } else { start };
-            self.check_body(what, index, Body::Segment(last))?;
-            self.check_body(what, index, joint.holder)?;
-            if end <= start {
-                return value("number of segments", 0.0, "at least 1");
-            }
-            let rod = self.segments[start].rod;
-            if self.segments[joint.segments.clone()].iter().any(|segment| segment.rod != rod) {
-                return value("last segment", last as f64, "of the same rod as the first");
-            }
-            if let Body::Segment(holder) = joint.holder
-                && joint.segments.contains(&holder)
-            {
-                return value("its holder, segment", holder as f64, "no segment of the rod that runs through it");
-            }
+            self.check_threaded(what, index, &joint.segments, joint.holder)?;
             if let Some(&x) = joint.place.iter().find(|x| !x.is_finite()) {
                 return value("place", x, "finite");
             }
@@ -141,6 +128,34 @@ impl Model {
                 return value("start", joint.start, "between 0 and the rod's length");
             }
             joint.validate_feed(self, index)?;
+        }
+        Ok(())
+    }
+
+    /// Checks the segments of a rod that runs through something, and the body that this is part of.
+    pub(crate) fn check_threaded(
+        &self,
+        what: &'static str,
+        index: usize,
+        segments: &Range<usize>,
+        holder: Body,
+    ) -> Result<(), ModelError> {
+        let value = |quantity, value, allowed| Err(ModelError::Value { what, index, quantity, value, allowed });
+        let Range { start, end } = *segments;
+        let last = if end > start { end - 1 } else { start };
+        self.check_body(what, index, Body::Segment(last))?;
+        self.check_body(what, index, holder)?;
+        if end <= start {
+            return value("number of segments", 0.0, "at least 1");
+        }
+        let rod = self.segments[start].rod;
+        if self.segments[segments.clone()].iter().any(|segment| segment.rod != rod) {
+            return value("last segment", last as f64, "of the same rod as the first");
+        }
+        if let Body::Segment(holder) = holder
+            && segments.contains(&holder)
+        {
+            return value("its holder, segment", holder as f64, "no segment of the rod that runs through it");
         }
         Ok(())
     }

@@ -13,7 +13,9 @@ use crate::origin::origin;
 use crate::refine::Refinement;
 use crate::shape::number_or;
 use crate::tree::Growth;
-use crate::{MAX_SEGMENTS, RunDefaults, Scene, bodies, contact, copies, defaults, eyelet, format, net, probe, rods};
+use crate::{
+    MAX_SEGMENTS, RunDefaults, Scene, bodies, contact, copies, defaults, eyelet, format, net, probe, pulley, rods,
+};
 
 /// The scene that `file` describes, its segments cut into parts.
 pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement) -> Result<Scene> {
@@ -93,6 +95,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     }
     let eyelets = eyelet::eyelets(&mut builder, source, &file.eyelets)?;
     eyelet::feeds(&mut builder, source, &file.eyelets)?;
+    let pulleys = pulley::pulleys(&mut builder, source, &file.pulleys)?;
     let probes = probe::probes(&mut builder, source, &file.probes)?;
 
     let Builder { assembly, rods, .. } = builder;
@@ -118,6 +121,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         rods,
         obstacles,
         eyelets,
+        pulleys,
         probes,
         from,
         begins_at_rest,

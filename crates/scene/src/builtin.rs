@@ -36,6 +36,8 @@ const FILES: &[(&str, &str)] = files![
     "crane",
     "zip-line",
     "winch",
+    "block-and-tackle",
+    "elevator",
     "tendon-robot",
     "bent-wire",
     "knot",

@@ -29,6 +29,8 @@ pub struct Scene {
     pub obstacles: Vec<String>,
     /// Names of the eyelets, in the order of [`Model::sliding_joints`].
     pub eyelets: Vec<String>,
+    /// Names of the pulleys, in the order of [`Model::pulleys`].
+    pub pulleys: Vec<String>,
     /// Where quantities are read.
     pub probes: Vec<Probe>,
     /// The frame of another run with which it begins, if not with `state`; reading it is up to who runs the scene.

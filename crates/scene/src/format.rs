@@ -19,6 +19,7 @@ mod motion;
 mod number;
 mod place;
 mod probe;
+mod pulley;
 mod section;
 
 pub(crate) use body::{Body, BodyShape, Mesh as BodyMesh};
@@ -33,6 +34,7 @@ pub(crate) use motion::{Grip, Hold, Interpolation, Motion, Quaternion};
 pub(crate) use number::{Count, Number, Vector};
 pub(crate) use place::{Clamp, Face, Place};
 pub(crate) use probe::Probe;
+pub(crate) use pulley::{Drive, Pulley};
 pub(crate) use section::{Bending, Frame, InnerDamping, Piece, Section, Stiffness, Stretch};
 
 #[derive(Deserialize)]
@@ -62,6 +64,8 @@ pub(crate) struct File {
     pub(crate) joins: Vec<Spanned<Join>>,
     #[serde(default)]
     pub(crate) eyelets: Vec<Spanned<Eyelet>>,
+    #[serde(default)]
+    pub(crate) pulleys: Vec<Spanned<Pulley>>,
     #[serde(default)]
     pub(crate) probes: Vec<Spanned<Probe>>,
     #[serde(default)]

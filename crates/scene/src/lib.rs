@@ -40,6 +40,7 @@ mod origin;
 mod parse;
 mod probe;
 mod properties;
+mod pulley;
 mod random;
 mod refine;
 mod rods;

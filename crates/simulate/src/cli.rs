@@ -322,6 +322,7 @@ impl RunArgs {
             plots: if plot { &plots::FILES } else { &[] },
             contact_forces,
             eyelets: &scene.eyelets,
+            pulleys: &scene.pulleys,
             envelope,
             snapshot: self.wants_snapshot(),
             formats: &self.export,

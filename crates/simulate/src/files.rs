@@ -7,7 +7,7 @@ use cosserat::live::Recording;
 use cosserat::motion::Wrench;
 use cosserat::scene::Scene;
 use cosserat::simulation::{ContactForce, Snapshot, Touched};
-use cosserat::state::{JointForce, Model, Part, Probe, Sliding, State};
+use cosserat::state::{JointForce, Model, OnPulley, Part, Probe, Sliding, State};
 use export::{
     Format, Names, RunFolder, TableWriter, TrajectoryInfo, TrajectoryReader, TrajectoryWriter, csv_field, write_format,
     write_json, write_probes, write_snapshots,
@@ -35,6 +35,9 @@ const CONTACT_COLUMNS: &str = "frame,time_s,segment,segment_name,other,other_nam
                                force_x_n,force_y_n,force_z_n,slip_x_m,slip_y_m,slip_z_m";
 const EYELETS: &str = "eyelets.csv";
 const EYELET_COLUMNS: &str = "frame,time_s,eyelet,place_m,rate_m_s,force_x_n,force_y_n,force_z_n";
+const PULLEYS: &str = "pulleys.csv";
+const PULLEY_COLUMNS: &str =
+    "frame,time_s,pulley,wrap_rad,turned_rad,rate_rad_s,force_x_n,force_y_n,force_z_n,torque_n_m";
 /// What was done in a live view.
 pub(crate) const INPUT: &str = "live-input.json";
 /// A run as the player knows it, for `simulate view`, and the page that plays it.
@@ -54,6 +57,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) contact_forces: bool,
     /// Names of the eyelets, of which there is a table.
     pub(crate) eyelets: &'a [String],
+    /// Names of the pulleys, of which there is a table.
+    pub(crate) pulleys: &'a [String],
     /// Whether a table of the extremes of each segment is wanted.
     pub(crate) envelope: bool,
     /// Whether a snapshot of the end is wanted.
@@ -80,6 +85,7 @@ impl Wanted<'_> {
             plots: &[],
             contact_forces: false,
             eyelets: &[],
+            pulleys: &[],
             envelope: false,
             snapshot: false,
             formats: &[],
@@ -122,6 +128,7 @@ impl Wanted<'_> {
         let of_probes = [PROBES].into_iter().filter(|_| !self.probes.is_empty());
         let of_contacts = [CONTACTS].into_iter().filter(|_| self.contact_forces);
         let of_eyelets = [EYELETS].into_iter().filter(|_| !self.eyelets.is_empty());
+        let of_pulleys = [PULLEYS].into_iter().filter(|_| !self.pulleys.is_empty());
         let of_envelope = [ENVELOPE].into_iter().filter(|_| self.envelope);
         let of_snapshot = [SNAPSHOT].into_iter().filter(|_| self.snapshot);
         let of_input = [INPUT].into_iter().filter(|_| self.input.is_some());
@@ -132,6 +139,7 @@ impl Wanted<'_> {
             .chain(of_probes)
             .chain(of_contacts)
             .chain(of_eyelets)
+            .chain(of_pulleys)
             .chain(of_envelope)
             .chain(of_formats);
         of_motion
@@ -155,6 +163,7 @@ pub(crate) struct Files<'a> {
     frames: usize,
     contacts: Option<TableWriter>,
     eyelets: Option<TableWriter>,
+    pulleys: Option<TableWriter>,
     /// Whether this run has written one.
     has_snapshot: bool,
     /// What all of the scene is called.
@@ -227,9 +236,19 @@ impl<'a> Files<'a> {
         // A run that was killed may go on from its last snapshot until there is another one.
         let folder = RunFolder::take(&wanted.directory, &own, &[SNAPSHOT])?;
         let names = names(scene, &scene.model);
-        let (writer, contacts, eyelets) = (None, None, None);
-        let mut files =
-            Self { wanted, folder, writer, frames: 0, contacts, eyelets, has_snapshot: false, names, scene_file };
+        let (writer, contacts, eyelets, pulleys) = (None, None, None, None);
+        let mut files = Self {
+            wanted,
+            folder,
+            writer,
+            frames: 0,
+            contacts,
+            eyelets,
+            pulleys,
+            has_snapshot: false,
+            names,
+            scene_file,
+        };
         files.begin(scene, dt, joints, time).map_err(|error| files.named(&error))?;
         Ok(files)
     }
@@ -251,6 +270,9 @@ impl<'a> Files<'a> {
         }
         if !self.wanted.eyelets.is_empty() {
             self.eyelets = Some(TableWriter::create(&self.folder.path().join(EYELETS), EYELET_COLUMNS)?);
+        }
+        if !self.wanted.pulleys.is_empty() {
+            self.pulleys = Some(TableWriter::create(&self.folder.path().join(PULLEYS), PULLEY_COLUMNS)?);
         }
         let contacts = vec![Wrench::default(); if keeps_contacts { scene.state.len() } else { 0 }];
         self.push(&scene.state, &vec![JointForce::default(); joints], &contacts, time)
@@ -318,6 +340,24 @@ impl<'a> Files<'a> {
         Ok(())
     }
 
+    /// Takes where rods are on pulleys in the frame that was taken last, and what these do.
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub(crate) fn add_pulleys(&mut self, pulleys: &[OnPulley], time: f64) -> Result<()> {
+        let frame = self.frames - 1;
+        let Some(table) = &mut self.pulleys else { return Ok(()) };
+        table.add(|writer| {
+            for (name, OnPulley { wrap, turned, rate, force, torque }) in self.wanted.pulleys.iter().zip(pulleys) {
+                write!(writer, "{frame},{time:?},{},{wrap:?},{turned:?},{rate:?}", csv_field(name))?;
+                force.iter().try_for_each(|value| write!(writer, ",{value:?}"))?;
+                writeln!(writer, ",{torque:?}")?;
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
     /// Writes a snapshot from which the run can go on, in the place of the one before.
     ///
     /// # Errors
@@ -348,7 +388,7 @@ impl<'a> Files<'a> {
         };
         let (frames, refused) = match finished {
             Ok(trajectory) => {
-                let mut tables = [self.contacts.take(), self.eyelets.take()].into_iter().flatten();
+                let mut tables = [self.contacts.take(), self.eyelets.take(), self.pulleys.take()].into_iter().flatten();
                 let tables = tables.try_for_each(TableWriter::finish).map_err(Error::from);
                 let beside = tables.and_then(|()| self.write_beside(trajectory.as_deref(), scene, progress, more));
                 (trajectory.map_or(0, |_| frames_computed), beside.err())

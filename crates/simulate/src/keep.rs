@@ -7,7 +7,7 @@ use chart::Conditions;
 use cosserat::motion::Wrench;
 use cosserat::scene::Scene;
 use cosserat::simulation::{ContactForce, Simulation, Snapshot, contact_wrenches};
-use cosserat::state::{JointForce, Model, Part, Sliding, State};
+use cosserat::state::{JointForce, Model, OnPulley, Part, Sliding, State};
 use export::Envelope;
 use serde::Serialize;
 use terminal::Progress;
@@ -53,6 +53,8 @@ pub(crate) struct Keep<'a> {
     keeps_contacts: bool,
     /// Memory for where eyelets are.
     sliding: Vec<Sliding>,
+    /// Memory for where rods are on pulleys.
+    pulleys: Vec<OnPulley>,
     /// Every so many steps a frame is kept.
     every: usize,
     /// What the player shows of the model, where that is not all.
@@ -89,6 +91,7 @@ impl<'a> Keep<'a> {
             contact_loads: Vec::new(),
             keeps_contacts,
             sliding: Vec::new(),
+            pulleys: Vec::new(),
             every: run.every,
             part,
             rhythm: None,
@@ -142,6 +145,11 @@ impl<'a> Keep<'a> {
             self.sliding.resize(model.sliding_joints.len(), Sliding::default());
             simulation.store_sliding(&mut self.sliding);
             self.files.add_eyelets(&self.sliding, simulation.time())?;
+        }
+        if !self.files.wanted.pulleys.is_empty() {
+            self.pulleys.resize(model.pulleys.len(), OnPulley::default());
+            simulation.store_pulleys(&mut self.pulleys);
+            self.files.add_pulleys(&self.pulleys, simulation.time())?;
         }
         if let Some(curves) = &mut self.curves {
             if sampled.is_some() {

@@ -29,6 +29,9 @@ pub enum StaticError {
     /// Eyelets where nothing knows of them.
     #[error("{0} knows no eyelets, but the model has some; run it with damping instead")]
     Sliding(&'static str),
+    /// A model with pulleys, for what knows none.
+    #[error("{0} knows no pulleys, but the model has some; run it with damping instead")]
+    Pulleys(&'static str),
     /// Joints with laws where nothing knows of them.
     #[error("{0} knows elastic joints alone, but joint {1} of the model has a law; run it with damping instead")]
     Inelastic(&'static str, usize),
@@ -66,6 +69,9 @@ pub enum StaticError {
 pub(super) fn only_elastic(model: &Model, what: &'static str) -> Result<(), StaticError> {
     if let Some(own) = model.laws.first() {
         return Err(StaticError::Inelastic(what, own.joint));
+    }
+    if !model.pulleys.is_empty() {
+        return Err(StaticError::Pulleys(what));
     }
     if model.sliding_joints.is_empty() { Ok(()) } else { Err(StaticError::Sliding(what)) }
 }

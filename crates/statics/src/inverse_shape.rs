@@ -66,6 +66,9 @@ pub fn rest_shape(model: &mut Model, state: &mut State) -> Result<(), RestShapeE
     if !model.sliding_joints.is_empty() {
         return Err(RestShapeError::Unknown("eyelets"));
     }
+    if !model.pulleys.is_empty() {
+        return Err(RestShapeError::Unknown("pulleys"));
+    }
     if !model.laws.is_empty() {
         return Err(RestShapeError::Unknown("joints that are not elastic"));
     }

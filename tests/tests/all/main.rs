@@ -22,6 +22,7 @@ mod needs;
 mod passing;
 mod paths;
 mod pulled_knot;
+mod pulleys;
 mod rest_rotation;
 mod resting;
 mod sections;

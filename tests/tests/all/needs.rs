@@ -2,6 +2,7 @@
 
 use cosserat::scene::{Scene, builtin, builtins};
 use cosserat::simulation::Formulation;
+use cosserat::state::Model;
 use evaluation::needs::{Needs, measure};
 
 fn needs(scene: &Scene, formulation: Formulation, steps: usize) -> Needs {
@@ -17,7 +18,8 @@ fn what_is_left_out_is_never_done() {
     for known in builtins() {
         let scene = builtin(known.name).unwrap();
         // Eyelets and joints that are not elastic are for one formulation alone.
-        let is_newton = !scene.model.sliding_joints.is_empty() || !scene.model.laws.is_empty();
+        let Model { sliding_joints, pulleys, laws, .. } = &scene.model;
+        let is_newton = !(sliding_joints.is_empty() && pulleys.is_empty() && laws.is_empty());
         for formulation in Formulation::ALL.into_iter().filter(|of| of.momentum() || !is_newton) {
             let needs = needs(&scene, formulation, 2);
             let done: Vec<_> = needs.left_out.iter().filter(|part| part.count > 0).collect();

@@ -6,7 +6,7 @@ use kernels::lane::Real;
 use kernels::math::Vec3;
 use rod::{Model, Share, Sliding, SlidingJoint};
 
-use super::{BodyColumns, Border, Eyelet, Eyelets, Slip, UNKNOWNS, feed};
+use super::{Border, Eyelet, Eyelets, Slip, UNKNOWNS, feed};
 use crate::parts::{pick_pose, vec3};
 use crate::snapshot::StateVisitor;
 use crate::{BodyPose, Component, Members};
@@ -19,9 +19,11 @@ struct Lever {
 }
 
 impl Eyelets {
-    /// The largest of their forces, times dt^2; 0 where there are none.
+    /// The largest of their forces and of those of pulleys, times dt^2; 0 where there are none.
     pub(crate) fn largest_force(&self) -> f64 {
-        self.all.iter().map(|eyelet| eyelet.force.norm_squared().sqrt()).fold(0.0, f64::max)
+        let of_pulleys = self.pulleys.iter().map(|(pulley, _)| pulley.press[0].abs());
+        let of_eyelets = self.all.iter().map(|eyelet| eyelet.force.norm_squared().sqrt());
+        of_eyelets.chain(of_pulleys).fold(0.0, f64::max)
     }
 
     /// Adds what eyelets do to bodies to their impulses.
@@ -34,14 +36,16 @@ impl Eyelets {
 }
 
 impl<T: Real> Component<T> {
-    /// Whether any rod slides.
+    /// Whether any rod slides, through eyelets or over pulleys.
     pub fn slides(&self) -> bool {
-        !self.eyelets.all.is_empty()
+        !(self.eyelets.all.is_empty() && self.eyelets.pulleys.is_empty())
     }
 
     /// Whether an eyelet that slid has come to a stop in the step under way, by friction or at an end of its rod: an impact.
     pub fn eyelet_hits(&self) -> bool {
-        self.eyelets.all.iter().any(|eyelet| eyelet.slip == Slip::Sticks && eyelet.slip_at_start != Slip::Sticks)
+        let stops = |now: Slip, at_start: Slip| now == Slip::Sticks && at_start != Slip::Sticks;
+        self.eyelets.all.iter().any(|eyelet| stops(eyelet.slip, eyelet.slip_at_start))
+            || self.eyelets.pulleys.iter().any(|(_, slip)| stops(slip.now, slip.at_start))
     }
 
     /// Takes eyelets back to the start of the step.
@@ -49,6 +53,7 @@ impl<T: Real> Component<T> {
         for eyelet in &mut self.eyelets.all {
             (eyelet.place, eyelet.slip) = (eyelet.start, eyelet.slip_at_start);
         }
+        self.roll_back_pulleys();
     }
 
     /// Ends a step that is accepted.
@@ -62,6 +67,7 @@ impl<T: Real> Component<T> {
             eyelet.rate = (eyelet.place - eyelet.start) * per_dt;
             eyelet.last_force = eyelet.force * (1.0 / (effective * effective));
         }
+        self.end_pulleys();
     }
 
     /// Shows a visitor what the next step begins with.
@@ -82,6 +88,7 @@ impl<T: Real> Component<T> {
             }
             eyelet.slip = if sign == 0.0 { Slip::Sticks } else { Slip::Slides(sign) };
         });
+        self.visit_pulleys(visitor);
     }
 
     /// Where the eyelets of the model are that these bodies slide in, and what they do.
@@ -160,6 +167,7 @@ impl<T: Real> Component<T> {
                 Slip::Sticks => eyelet.carried,
             };
         }
+        self.begin_pulleys();
         self.gather_eyelets();
     }
 
@@ -179,6 +187,7 @@ impl<T: Real> Component<T> {
                 self.eyelets.impulses[body] = self.eyelets.impulses[body].plus(own, 1.0);
             }
         }
+        self.gather_pulleys();
     }
 
     /// How far eyelets are from their rods at most, in lengths of the segments there.
@@ -187,7 +196,7 @@ impl<T: Real> Component<T> {
             let missed = self.eyelet_at(k) - self.point(k, self.eyelets.all[k].place, 0);
             missed.norm_squared().sqrt() / self.segment_length(k)
         };
-        (0..self.eyelets.all.len()).map(gap).fold(0.0, f64::max)
+        (0..self.eyelets.all.len()).map(gap).fold(self.pulley_gap(), f64::max)
     }
 }
 
@@ -225,7 +234,8 @@ impl Component<f64> {
             }
             self.eyelets.all.push(eyelet);
         }
-        self.eyelets.impulses.resize(if self.eyelets.all.is_empty() { 0 } else { self.poses.len() }, Spatial::zero());
+        self.add_pulleys_of(model, members);
+        self.eyelets.impulses.resize(if self.slides() { self.poses.len() } else { 0 }, Spatial::zero());
         self.find_places();
     }
 
@@ -254,16 +264,25 @@ impl Component<f64> {
     }
 
     /// Adds to the equations how forces of eyelets change as bodies turn.
-    pub fn add_eyelets_curvature(&self, Equations { bodies, .. }: &mut Equations<f64>) {
+    pub fn add_eyelets_curvature(&self, equations: &mut Equations<f64>) {
+        let bodies = &mut equations.bodies;
         for k in 0..self.eyelets.all.len() {
             for Lever { body, arm, .. } in self.levers(k, 0) {
                 bodies[body].turning += curvature::of_force(self.eyelets.all[k].force, arm);
             }
         }
+        self.add_pulleys_curvature(equations);
     }
 
-    /// The border of an eyelet.
+    /// The border of an eyelet, or of a pulley: these come after the eyelets.
     pub fn border(&self, k: usize, out: &mut Border) {
+        match k.checked_sub(self.eyelets.all.len()) {
+            None => self.eyelet_border(k, out),
+            Some(pulley) => self.pulley_border(pulley, out),
+        }
+    }
+
+    fn eyelet_border(&self, k: usize, out: &mut Border) {
         let eyelet = &self.eyelets.all[k];
         let (force, place) = (eyelet.force, eyelet.place);
         let [point, tangent, second] = [0, 1, 2].map(|order| self.point(k, place, order));
@@ -277,29 +296,36 @@ impl Component<f64> {
         let driven = if sticks { 0.0 } else { sign * self.most_of_drive(eyelet) };
         let by_force = tangent - unit * (friction * speed);
         let by_tangent = force - tangent * ((friction * size + driven) / speed);
-        out.bodies.clear();
-        for (lever, changes) in self.levers(k, 0).into_iter().zip(self.levers(k, 1)) {
+        out.begin(UNKNOWNS);
+        let levers = self.levers(k, 0).into_iter().zip(self.levers(k, 1));
+        let [mut columns, mut rows] = [[[Spatial::zero(); 3]; UNKNOWNS]; 2];
+        for (lever, changes) in levers.filter(|(lever, _)| self.bodies[lever.body].free.lane(0) != 0.0) {
             let act = |Lever { weight, arm, .. }: &Lever, f: Vec3<f64>| Spatial {
                 linear: f * *weight,
                 angular: arm.cross(f),
             };
-            let [x, y, z] = [0, 1, 2].map(|c| {
+            let at = out.bodies.len();
+            for c in 0..3 {
                 let mut along = Vec3::zero();
                 along.0[c] = 1.0;
-                act(&lever, along)
-            });
-            let row = if sticks { Spatial::zero() } else { act(&changes, by_tangent) };
-            out.bodies.push(BodyColumns { body: lever.body, columns: [x, y, z, act(&changes, force)], row });
+                columns[c][at] = act(&lever, along);
+                rows[c][at] = columns[c][at];
+            }
+            columns[3][at] = act(&changes, force);
+            rows[3][at] = if sticks { Spatial::zero() } else { act(&changes, by_tangent) };
+            out.bodies.push(lever.body);
         }
-        out.bodies.retain(|columns| self.bodies[columns.body].free != 0.0);
-        out.own = [[0.0; UNKNOWNS]; UNKNOWNS];
+        let count = out.bodies.len();
+        columns.iter().for_each(|column| out.columns.extend_from_slice(&column[..count]));
+        rows.iter().for_each(|row| out.rows.extend_from_slice(&row[..count]));
         for c in 0..3 {
-            out.own[c][3] = tangent.0[c];
-            out.own[3][c] = if sticks { 0.0 } else { by_force.0[c] };
+            out.own[UNKNOWNS * c + 3] = tangent.0[c];
+            out.own[UNKNOWNS * 3 + c] = if sticks { 0.0 } else { by_force.0[c] };
+            (out.seen[UNKNOWNS * c + 3], out.seen[UNKNOWNS * 3 + c]) = (tangent.0[c], tangent.0[c]);
             out.missed[c] = missed.0[c];
         }
-        out.along = force.dot(second);
-        out.own[3][3] = if sticks { 1.0 } else { by_tangent.dot(second) };
+        out.seen[UNKNOWNS * 3 + 3] = force.dot(second);
+        out.own[UNKNOWNS * 3 + 3] = if sticks { 1.0 } else { by_tangent.dot(second) };
         let along = (friction * size + driven) * speed - tangent.dot(force);
         out.missed[3] = if sticks { eyelet.target - place } else { along };
     }
@@ -309,16 +335,17 @@ impl Component<f64> {
         eyelet.drive.as_ref().map_or(0.0, |drive| drive.feed.max_force * self.effective * self.effective)
     }
 
-    /// How many there are.
-    pub fn eyelet_count(&self) -> usize {
-        self.eyelets.all.len()
+    /// How many eyelets and pulleys there are.
+    pub fn border_count(&self) -> usize {
+        self.eyelets.all.len() + self.eyelets.pulleys.len()
     }
 
-    /// Takes the solution of the border: changes of the force and the place of each eyelet.
+    /// Takes the solution of the border: changes of the force and the place of each eyelet, and of the forces of pulleys.
     pub fn take_eyelets_solution(&mut self, solution: &[f64]) {
         for (eyelet, new) in self.eyelets.all.iter_mut().zip(solution.chunks_exact(UNKNOWNS)) {
             eyelet.change = (Vec3([new[0], new[1], new[2]]), new[3]);
         }
+        self.take_pulleys_solution(&solution[UNKNOWNS * self.eyelets.all.len()..]);
     }
 
     /// Takes the forces of the last solution, and leaves places where they are.
@@ -327,6 +354,7 @@ impl Component<f64> {
             let (force, _) = eyelet.change;
             eyelet.force += force;
         }
+        self.move_pulleys(1.0);
         self.gather_eyelets();
     }
 
@@ -337,6 +365,7 @@ impl Component<f64> {
             eyelet.force += force * share;
             eyelet.place += place * share;
         }
+        self.move_pulleys(share);
         self.gather_eyelets();
     }
 
@@ -349,7 +378,7 @@ impl Component<f64> {
     /// Lets eyelets stick or slide by their forces and by where they went; returns whether any changes. What would leave its rod sticks to
     /// the end of it; what slides the other way than its friction says sticks to where it was.
     pub fn choose_slip(&mut self) -> bool {
-        let mut changes = false;
+        let mut changes = self.choose_on_pulleys();
         for k in 0..self.eyelets.all.len() {
             let tangent = self.point(k, self.eyelets.all[k].place, 1);
             let driven = self.most_of_drive(&self.eyelets.all[k]);

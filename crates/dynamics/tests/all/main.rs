@@ -24,6 +24,7 @@ mod overlap;
 mod own_forces;
 mod prescribed;
 mod projection;
+mod pulleys;
 mod rates;
 mod sliding;
 mod snapshots;

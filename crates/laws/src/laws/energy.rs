@@ -262,8 +262,8 @@ impl EnergyBalance {
         self.jump = self.jump / 3.0 + jump(step);
         let is_known = step.is_whole()
             || (step.status == Status::ConvergedInSubsteps && work.is_steady && !model.contacts.is_empty());
-        // What feeds do is not told.
-        let is_fed = model.sliding_joints.iter().any(|joint| joint.feed.is_some());
+        // What feeds and pulleys do is not told.
+        let is_fed = model.sliding_joints.iter().any(|joint| joint.feed.is_some()) || !model.pulleys.is_empty();
         let turned = (0..model.segments.len()).map(|i| step.turn(i)).fold(0.0, f64::max);
         if !is_known || is_fed || model.contacts.allow_overlap || turned > MOST_TURN {
             *self = Self { jump: self.jump, ..Self::default() };

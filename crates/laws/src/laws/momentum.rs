@@ -79,13 +79,14 @@ fn outside(step: &Step<'_>) -> Vec<Outside> {
     all
 }
 
-/// Whether a rod that runs through an eyelet has both segments that move and segments that are held or stored: what bears which force is not
+/// Whether a rod that runs through an eyelet has both segments that move and segments that are held or stored, or runs over a pulley: what bears which force is not
 /// told.
 fn has_mixed_eyelets(step: &Step<'_>) -> bool {
-    step.model.sliding_joints.iter().any(|joint| {
-        let is_free = step.is_free(joint.segments.start);
-        joint.has_store() || joint.segments.clone().any(|i| step.is_free(i) != is_free)
-    })
+    !step.model.pulleys.is_empty()
+        || step.model.sliding_joints.iter().any(|joint| {
+            let is_free = step.is_free(joint.segments.start);
+            joint.has_store() || joint.segments.clone().any(|i| step.is_free(i) != is_free)
+        })
 }
 
 /// Whether anything but gravity and loads acts from outside.

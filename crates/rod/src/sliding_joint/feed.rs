@@ -18,11 +18,16 @@ pub struct Feed {
 impl Feed {
     /// The speed at a time [s], in m/s; 0 if none is given.
     pub fn speed(&self, time: f64) -> f64 {
-        let next = self.speeds.partition_point(|&[at, _]| at <= time);
-        match (self.speeds.get(next.wrapping_sub(1)), self.speeds.get(next)) {
-            (Some([from, old]), Some([to, new])) => old + (new - old) * (time - from) / (to - from),
-            (Some([_, speed]), None) | (None, Some([_, speed])) => *speed,
-            (None, None) => 0.0,
-        }
+        linear(&self.speeds, time)
+    }
+}
+
+/// What is given at times [s], linear between them and constant before and after; 0 if nothing is.
+pub(crate) fn linear(given: &[[f64; 2]], time: f64) -> f64 {
+    let next = given.partition_point(|&[at, _]| at <= time);
+    match (given.get(next.wrapping_sub(1)), given.get(next)) {
+        (Some([from, old]), Some([to, new])) => old + (new - old) * (time - from) / (to - from),
+        (Some([_, value]), None) | (None, Some([_, value])) => *value,
+        (None, None) => 0.0,
     }
 }

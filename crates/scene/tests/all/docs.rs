@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../../README.md");
 const RECIPES: &str = include_str!("../../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 66] = [
+const PROBES: [&str; 68] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -62,6 +62,8 @@ const PROBES: [&str; 66] = [
     "joins = [{ a.zzz = 1 }]",
     "eyelets = [{ zzz = 1 }]",
     "eyelets = [{ feed.zzz = 1 }]",
+    "pulleys = [{ zzz = 1 }]",
+    "pulleys = [{ drive.zzz = 1 }]",
     "rods = [{ section.zzz = 1 }]",
     "rods = [{ section.circle.zzz = 1 }]",
     "rods = [{ section.tube.zzz = 1 }]",
@@ -85,7 +87,8 @@ fn every_key_is_documented_and_tried() {
         keys.extend(known.split('`').skip(1).step_by(2).map(str::to_owned));
     }
     assert!(keys.len() > 50, "{keys:?}");
-    let everything = concat!(include_str!("../everything.toml"), include_str!("../bodies.toml"));
+    let everything =
+        concat!(include_str!("../everything.toml"), include_str!("../bodies.toml"), include_str!("../pulleys.toml"));
     // The file has constant gravity, which does not go with the other.
     for key in
         keys.iter().filter(|key| !["zero", "initial", "gravity_over_time", "values_m_s2"].contains(&key.as_str()))
@@ -106,7 +109,7 @@ fn the_examples_are_scenes() {
             scenes += 1;
         }
     }
-    assert_eq!(scenes, 14);
+    assert_eq!(scenes, 15);
 }
 
 /// Every recipe is a scene; the tables that it names stand below it.
@@ -131,7 +134,7 @@ fn the_recipes_are_scenes() {
         }
         scenes += 1;
     }
-    assert_eq!(scenes, 12);
+    assert_eq!(scenes, 13);
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod motions;
 mod moving_obstacles;
 mod overlaps;
 mod probes;
+mod pulleys;
 mod refined;
 mod set;
 mod shapes;

@@ -1,6 +1,6 @@
 //! The border of eyelets beside the rods' equations: its memory, and small dense systems.
 
-use component::{BodyColumns, Border, UNKNOWNS};
+use component::Border;
 use jointed::tangent::Equations;
 use kernels::Spatial;
 
@@ -11,6 +11,8 @@ pub(super) type Sides = (Vec<Spatial<f64>>, Vec<Spatial<f64>>);
 #[derive(Default)]
 pub(super) struct Bordered {
     pub(super) borders: Vec<Border>,
+    /// Of which border each unknown is, and which one there.
+    pub(super) unknowns: Vec<(usize, usize)>,
     /// Answers of bodies to each unknown.
     pub(super) columns: Vec<Vec<Spatial<f64>>>,
     /// Those to what the rods miss.
@@ -54,13 +56,28 @@ pub(super) fn give_sides(equations: &mut Equations<f64>, (bodies, joints): &Side
     equations.joints.iter_mut().zip(joints).for_each(|(joint, side)| joint.rhs = *side);
 }
 
-/// What the bodies' corrections do to a row of the border.
+/// What the bodies' corrections do to a row of a border.
 pub(super) fn along(border: &Border, row: usize, corrections: &[Spatial<f64>]) -> f64 {
-    let of = |own: &BodyColumns| {
-        let row = if row % UNKNOWNS == 3 { own.row } else { own.columns[row % UNKNOWNS] };
-        row.dot(corrections[own.body])
-    };
-    border.bodies.iter().map(of).sum()
+    times(&border.bodies, &border.rows, row, corrections)
+}
+
+/// What an unknown's forces do along the bodies' corrections.
+pub(super) fn along_column(border: &Border, column: usize, corrections: &[Spatial<f64>]) -> f64 {
+    times(&border.bodies, &border.columns, column, corrections)
+}
+
+fn times(bodies: &[usize], rows: &[Spatial<f64>], row: usize, corrections: &[Spatial<f64>]) -> f64 {
+    let rows = &rows[row * bodies.len()..][..bodies.len()];
+    bodies.iter().zip(rows).map(|(&body, row)| row.dot(corrections[body])).sum()
+}
+
+/// Adds a share of an unknown's forces to the right-hand sides.
+pub(super) fn add_column(border: &Border, column: usize, share: f64, equations: &mut Equations<f64>) {
+    let columns = &border.columns[column * border.bodies.len()..][..border.bodies.len()];
+    for (&body, column) in border.bodies.iter().zip(columns) {
+        let defect = &mut equations.bodies[body].defect;
+        *defect = defect.plus(*column, share);
+    }
 }
 
 /// Solves with a small matrix, given row by row, in the place of the right-hand sides, `count` numbers a row: Gauss's elimination with

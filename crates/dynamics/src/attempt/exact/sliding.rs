@@ -11,12 +11,12 @@
 //! The factor of K serves all columns. The border is small, dense, and not symmetric where there is friction. All else is as in
 //! [`super`].
 
-use component::{BodyColumns, Border, Component, Residuals, UNKNOWNS};
+use component::{Border, Component, Residuals};
 use jointed::linear::LinearInfo;
 use jointed::linear::articulated::Side;
 use kernels::Spatial;
 
-use super::bordered::{Bordered, along, give_sides, solve_dense, take_bodies, take_sides};
+use super::bordered::{Bordered, add_column, along, along_column, give_sides, solve_dense, take_bodies, take_sides};
 use super::{Exact, SHARES};
 use crate::attempt::{Attempt, begin, count_iteration, evaluate, may_go_on};
 use crate::counters::{Counters, Stopwatch};
@@ -42,34 +42,31 @@ impl Exact<f64> {
     /// Makes the border of the eyelets after a solve of the rods' own equations, whose corrections stay; returns whether it could.
     fn factor_border(&mut self, component: &Component<f64>) -> bool {
         let Self { equations, elimination, bordered, .. } = self;
-        let Bordered { borders, columns, own, sides, matrix, .. } = bordered;
-        let count = component.eyelet_count();
-        borders.resize_with(count, Border::default);
-        borders.iter_mut().enumerate().for_each(|(k, border)| component.border(k, border));
+        let Bordered { borders, unknowns, columns, own, sides, matrix, .. } = bordered;
+        borders.resize_with(component.border_count(), Border::default);
+        unknowns.clear();
+        for (k, border) in borders.iter_mut().enumerate() {
+            component.border(k, border);
+            unknowns.extend((0..border.unknowns()).map(|own| (k, own)));
+        }
         own.clone_from(&elimination.corrections);
         take_sides(equations, sides);
-        columns.resize_with(count * UNKNOWNS, Default::default);
+        columns.resize_with(columns.len().max(unknowns.len()), Default::default);
         let mut solved = true;
-        for (k, corrections) in columns.iter_mut().enumerate() {
-            let border = &borders[k / UNKNOWNS];
-            for own in &border.bodies {
-                let defect = &mut equations.bodies[own.body].defect;
-                *defect = defect.plus(own.columns[k % UNKNOWNS], 1.0);
-            }
+        for (corrections, &(k, unknown)) in columns.iter_mut().zip(unknowns.iter()) {
+            let border = &borders[k];
+            add_column(border, unknown, 1.0, equations);
             solved &= elimination.solve_again(equations);
             corrections.clone_from(&elimination.corrections);
-            border.bodies.iter().for_each(|own| equations.bodies[own.body].defect = Spatial::zero());
+            border.bodies.iter().for_each(|&body| equations.bodies[body].defect = Spatial::zero());
         }
         give_sides(equations, sides);
-        // The first three rows are c - r of the rod less the eyelet.
-        let size = count * UNKNOWNS;
         matrix.clear();
-        for row in 0..size {
-            let border = &borders[row / UNKNOWNS];
-            matrix.extend((0..size).map(|column| {
-                let is_own = row / UNKNOWNS == column / UNKNOWNS;
-                let own = if is_own { border.own[row % UNKNOWNS][column % UNKNOWNS] } else { 0.0 };
-                own + along(border, row, &columns[column])
+        for &(k, row) in unknowns.iter() {
+            let border = &borders[k];
+            matrix.extend(unknowns.iter().zip(columns.iter()).map(|(&(other, column), answer)| {
+                let own = if k == other { border.own[row * border.unknowns() + column] } else { 0.0 };
+                own + along(border, row, answer)
             }));
         }
         elimination.corrections.clone_from(own);
@@ -79,24 +76,18 @@ impl Exact<f64> {
     /// Takes the eyelets into the last solution of the rods' own equations, for their right-hand sides as they are; returns whether it could.
     pub(super) fn solve_border(&mut self, component: &mut Component<f64>) -> bool {
         let Self { equations, elimination, bordered, dp, .. } = self;
-        let Bordered { borders, sides, matrix, solution, scratch, .. } = bordered;
+        let Bordered { borders, unknowns, sides, matrix, solution, scratch, .. } = bordered;
         solution.clear();
-        solution.extend((0..borders.len() * UNKNOWNS).map(|row| {
-            let border = &borders[row / UNKNOWNS];
-            border.missed[row % UNKNOWNS] - along(border, row, &elimination.corrections)
-        }));
+        solution.extend(
+            unknowns.iter().map(|&(k, row)| borders[k].missed[row] - along(&borders[k], row, &elimination.corrections)),
+        );
         scratch.clone_from(matrix);
         if !solve_dense(scratch, solution, 1) {
             return false;
         }
         take_bodies(equations, &mut sides.0);
-        for (border, new) in borders.iter().zip(solution.chunks_exact(UNKNOWNS)) {
-            for own in &border.bodies {
-                let defect = &mut equations.bodies[own.body].defect;
-                for (column, share) in own.columns.iter().zip(new) {
-                    *defect = defect.plus(*column, *share);
-                }
-            }
+        for (&(k, unknown), &share) in unknowns.iter().zip(solution.iter()) {
+            add_column(&borders[k], unknown, share, equations);
         }
         elimination.solve_again(equations);
         equations.bodies.iter_mut().zip(&sides.0).for_each(|(body, side)| body.defect = *side);
@@ -114,22 +105,23 @@ impl Exact<f64> {
         sides: &[Side],
         mut block: impl FnMut(usize, usize, [[f64; 3]; 3]),
     ) {
-        let Bordered { borders, columns, answers, solution, scratch, .. } = &mut self.bordered;
-        let (size, forces) = (borders.len() * UNKNOWNS, 3 * sides.len());
+        let Bordered { borders, unknowns, columns, answers, solution, scratch, .. } = &mut self.bordered;
+        let (size, forces) = (unknowns.len(), 3 * sides.len());
+        let is_seen = |k: usize| {
+            let (border, own) = unknowns[k];
+            own + borders[border].unseen < borders[border].unknowns()
+        };
         let entry = |row: usize, column: usize| {
-            let border = &borders[row / UNKNOWNS];
-            let (r, c) = (row % UNKNOWNS, column % UNKNOWNS);
-            let own = match row / UNKNOWNS == column / UNKNOWNS {
-                true if r.min(c) == 3 => border.along,
-                true => border.own[r.min(c)][r.max(c)],
-                false => 0.0,
-            };
-            let of = |own: &BodyColumns| own.columns[r].dot(columns[column][own.body]);
-            own + border.bodies.iter().map(of).sum::<f64>()
+            if !(is_seen(row) && is_seen(column)) {
+                return if row == column { 1.0 } else { 0.0 };
+            }
+            let ((k, r), (other, c)) = (unknowns[row], unknowns[column]);
+            let own = if k == other { borders[k].seen[r * borders[k].unknowns() + c] } else { 0.0 };
+            own + along_column(&borders[k], r, &columns[column])
         };
         let answer = |force: usize, k: usize| {
             let side = &sides[force / 3];
-            side.forces[force % 3].dot(columns[k][side.body as usize])
+            if is_seen(k) { side.forces[force % 3].dot(columns[k][side.body as usize]) } else { 0.0 }
         };
         scratch.clear();
         scratch.extend((0..size * size).map(|k| entry(k / size, k % size)));
