@@ -16,6 +16,7 @@ mod adjoint_joints;
 mod asymmetric_jacobian;
 mod before;
 mod begin;
+mod buckling;
 mod constants;
 mod derivative;
 mod drag;

@@ -49,8 +49,8 @@ impl<T: Real> Component<T> {
     }
 
     /// The largest force that is missing in the balance of a segment at the last evaluation, with momentum, in units of what may be missing where surfaces may
-    /// be off by `target` units: [`OF_TRANSMITTED`] of the largest force that the set transmits, and what moves the segment, if it were free, by
-    /// [`FREE_MOTION`] times that way.
+    /// be off by `target` units: `OF_TRANSMITTED` of the largest force that the set transmits, and what moves the segment, if it were free, by
+    /// `FREE_MOTION` times that way.
     pub fn missing_balance(&self, target: T) -> T {
         T::dispatch(
             #[inline(always)]

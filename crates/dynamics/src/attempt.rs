@@ -32,7 +32,7 @@ pub struct Attempt<T> {
     pub target: T,
     /// The last correction; infinite before the first.
     pub(crate) correction: T,
-    /// Not 0 where a segment spins by more than half a turn in the step.
+    /// Not 0 where a segment spins by more than half a turn in the step, or is pressed far beyond its buckling load.
     pub unsolved: T,
     /// What became of a guess for the step's start.
     pub start: Start,
@@ -77,6 +77,7 @@ impl<T: Real> Attempt<T> {
                 self.error.set_lane(lane, off);
             }
         }
+        self.unsolved = component.unsolved.max(component.buckles());
     }
 
     /// How a lane ended.

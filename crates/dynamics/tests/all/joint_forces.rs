@@ -1,10 +1,15 @@
 //! What joints transmit, as the multipliers of the last step say.
 
+use std::sync::Arc;
+
 use dynamics::formulation::Formulation;
 use dynamics::simulation::{Settings, Simulation};
-use dynamics::step::StepParams;
+use dynamics::step::{Status, StepParams};
 use nalgebra::Vector3;
-use rod::{Assembly, JointForce, Load, Model, RodSpec, State, shape};
+use rod::{
+    Assembly, Body, Driven, Integrator, Interpolation, JointForce, Keyframe, Load, Material, Model, Motion, RodSpec,
+    State, shape,
+};
 use statics::{StaticParams, equilibrium};
 
 use crate::common::{DT, GRAVITY, material};
@@ -100,4 +105,43 @@ fn a_cantilever_carries_the_moment_of_its_tip_load() {
             assert!(error < 1e-5 * tip.norm() * length, "{formulation}: {found} N m, not {moment}");
         }
     }
+}
+
+/// Straight rods whose first segment is led away from another that is fixed, and back, until it presses the rod along its axis with up to 390 kN, where two
+/// segments buckle from 12 N on.
+#[test]
+fn a_rod_that_is_pressed_along_its_axis_buckles() {
+    let (mut known, mut bent) = (0, 0);
+    for (k, integrator) in (0..20).flat_map(|k| Integrator::ALL.map(|integrator| (k, integrator))) {
+        let mut assembly = Assembly::new(Vector3::z() * -9.81);
+        let stiff = Material { youngs_modulus: 2e8, torsion_modulus: 8e7, density: 100.0 };
+        let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 0.0431, 7);
+        let rod = assembly.rod(&RodSpec::new(nodes, 1e-3, stiff));
+        assembly.fix(rod.start).fix(3);
+        let (mut model, state) = assembly.finish();
+        let from = model.pose(Body::Segment(rod.start), &state);
+        let shifts = [[0.0; 3], [-3.55e-4, 6.44e-4, 8.85e-5], [2.45e-4, 3.44e-4, 2.885e-4]].map(Vector3::from);
+        let frame = |(place, shift): (usize, &Vector3<f64>)| Keyframe {
+            time: 0.1 * place as f64,
+            position: from.position + shift * (1.0 + 0.05 * f64::from(k)),
+            turn: Vector3::zeros(),
+        };
+        let frames: Vec<_> = shifts.iter().enumerate().map(frame).collect();
+        let motion = Motion::new(from.orientation, &frames, Interpolation::Linear).unwrap();
+        model.motions.push(Driven::new(Body::Segment(rod.start), Arc::new(motion)));
+        let step = StepParams { integrator, ..StepParams::DEFAULT };
+        let mut simulation = Simulation::new(&model, &state, &Settings { step, ..Settings::default() }, None).unwrap();
+        let (mut forces, mut now) = (vec![JointForce::default(); model.joints.len()], state.clone());
+        for number in 1..=10 {
+            let status = simulation.step(0.02).unwrap().status;
+            simulation.store(&mut now);
+            simulation.store_joint_forces(&mut forces);
+            let between = model.joints.iter().zip(&forces).filter(|(joint, _)| matches!(joint.b, Body::Segment(1..=3)));
+            let press = between.map(|(joint, force)| -force.tension(&model, &now, joint)).fold(0.0, f64::max);
+            let is_known = status <= Status::ConvergedInSubsteps;
+            assert!(!is_known || press < 50.0, "{k}, {integrator}, step {number}: {status:?}, pressed by {press} N");
+            (known, bent) = (known + u32::from(is_known), bent + u32::from(press > 1.0));
+        }
+    }
+    assert!(known > 360 && bent > 20, "{known} of 400 steps are known, a rod is pressed in {bent}");
 }
