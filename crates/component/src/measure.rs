@@ -13,9 +13,9 @@ use super::Component;
 /// What may be missing in the balance of forces on a segment, of the largest force that its set transmits. Without a bound a rod that is pressed along its
 /// axis ends its step far from equilibrium: the stiffness of that force makes corrections small. It costs no iterations in 21 builtin scenes
 /// (docs/decisions/stopping.md).
-const OF_TRANSMITTED: f64 = 1e-4;
+pub const OF_TRANSMITTED: f64 = 1e-4;
 /// And what moves the segment, if it were free, by so many times the way that its surface may be off.
-const FREE_MOTION: f64 = 100.0;
+pub const FREE_MOTION: f64 = 100.0;
 
 impl<T: Real> Component<T> {
     /// Begins to measure a step that is predicted, for this tolerance.

@@ -4,6 +4,9 @@ use std::fmt;
 
 use names::names;
 
+/// Rounding of sums of forces or of energies, relative.
+pub(crate) const ROUNDING: f64 = 1e-9;
+
 /// What must hold in every run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Law {

@@ -18,7 +18,7 @@ const CONSTANTS: [(&str, usize); 32] = [
     ("catalogue", 1),
     ("chart", 10),
     ("collision", 12),
-    ("component", 15),
+    ("component", 17),
     ("contact", 15),
     ("copingnet", 6),
     ("correction", 23),

@@ -6,13 +6,11 @@ use cosserat::simulation::{ContactForce, StepParams, Touched};
 use cosserat::state::State;
 use nalgebra::Vector3;
 
-use crate::law::{Law, Violation};
+use crate::law::{Law, ROUNDING, Violation};
 use crate::step::Step;
 
 /// How exact the direction of sliding friction is: 2 % of the slip.
 const SLIDING: f64 = 0.02;
-/// Rounding of forces, relative.
-const ROUNDING: f64 = 1e-9;
 
 fn surface(step: &Step<'_>, contact: &ContactForce) -> Option<Surface> {
     match contact.other {

@@ -9,11 +9,8 @@ use cosserat::simulation::{Status, StepParams, Touched};
 use cosserat::state::{Body, InelasticJoint, Joint, JointForce, Model, Pose, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::law::{Law, Violation};
+use crate::law::{Law, ROUNDING, Violation};
 use crate::step::Step;
-
-/// Rounding of sums of energies.
-const ROUNDING: f64 = 1e-9;
 
 /// The largest turn of a segment in a step for which expansions to second order hold [rad].
 const MOST_TURN: f64 = 0.5;

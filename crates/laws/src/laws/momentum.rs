@@ -8,6 +8,7 @@
 //! angle that bodies turn in the step, of first order in dt.
 
 use cosserat::assembly::Damping;
+use cosserat::internals::component::{FREE_MOTION, OF_TRANSMITTED};
 use cosserat::simulation::{ContactForce, StepParams, Touched};
 use cosserat::state::{Body, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -19,10 +20,6 @@ use crate::step::Step;
 const ROUNDING: f64 = 1e-10;
 /// Rounding of a position, relative to its size.
 const EPSILON: f64 = 4.0 * f64::EPSILON;
-/// What may be missing in the balance of forces on a segment, of the largest that is transmitted (docs/accuracy.md).
-const OF_TRANSMITTED: f64 = 1e-4;
-/// And what moves it, if it were free, by so many times the way that its surface may be off.
-const FREE_MOTION: f64 = 100.0;
 
 /// Forces from outside on a segment: force [N], and place at which it acts [m] with a moment about it [N m].
 struct Outside {
