@@ -53,6 +53,11 @@ impl<T: Real> Component<T> {
         }
         self.lambda.fill(Spatial::zero());
         self.roll_back_eyelets();
+        if self.slides() {
+            // Pulleys press as they did before the step.
+            self.begin_pulleys();
+            self.gather_eyelets();
+        }
         self.pushed.fill(Spatial::zero());
         self.pulls.fill(Vec3::zero());
         self.pulls_hold = false;

@@ -60,11 +60,10 @@ impl<T: Real> Attempt<T> {
     /// Judges an attempt after an iteration by residuals, which a small correction may hide: near a grip that holds a rod twice along its axis 1e-8 m carry
     /// 100 N. It is not at its end while forces are not in balance, while joints are off by more than the target, as where one has just turned past half a
     /// turn, nor while a joint with a law transmits another moment than its law's.
-    pub(crate) fn judge_residuals(&mut self, component: &Component<T>) {
+    pub(crate) fn judge_residuals(&mut self, component: &Component<T>, formulation: Formulation) {
         let is_due = |lane: usize| self.error.lane(lane) <= self.target.lane(lane);
         // Without a momentum residual the error is the joints' residual.
-        let has_balance = (0..T::LANES).any(|lane| self.residuals.momentum.lane(lane) != 0.0);
-        if !has_balance || !(0..T::LANES).any(is_due) {
+        if !formulation.momentum() || !(0..T::LANES).any(is_due) {
             return;
         }
         let of_forces = component.missing_balance(self.target);
@@ -127,7 +126,7 @@ pub fn attempt<T: Real>(
         let residuals = evaluate(component, params.formulation, counters);
         watch.mark(&mut counters.times.assemble);
         attempt.take(residuals, component.correction, active);
-        attempt.judge_residuals(component);
+        attempt.judge_residuals(component, params.formulation);
     }
     attempt
 }

@@ -9,8 +9,8 @@ use nalgebra::{Unit, Vector3};
 use crate::Body;
 use crate::sliding_joint::linear;
 
-/// A rod runs over a wheel, in a groove about an axle. Where it runs on and off follows from the directions of its spans. A rod that does not press
-/// on the wheel is free of it; its end leaves it.
+/// A rod runs over a wheel, in a groove about an axle. Where it runs on and off follows from the directions of its spans. The groove holds a slack
+/// rod, too; a rod whose end has left the wheel is free of it for good.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pulley {
     /// The rod's segments, in order.

@@ -96,6 +96,10 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     let eyelets = eyelet::eyelets(&mut builder, source, &file.eyelets)?;
     eyelet::feeds(&mut builder, source, &file.eyelets)?;
     let pulleys = pulley::pulleys(&mut builder, source, &file.pulleys)?;
+    if let Some(last) = file.pulleys.last() {
+        // Wheels with inertia are bodies.
+        entry_of.resize(builder.rods.len(), last.span());
+    }
     let probes = probe::probes(&mut builder, source, &file.probes)?;
 
     let Builder { assembly, rods, .. } = builder;
@@ -108,7 +112,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         return Err(source.invalid(0, message));
     }
     if let Err(error) = model.validate(&state) {
-        let span = entry_at_fault(&model, &error).map_or(0..0, |rod| entry_of[rod].clone());
+        let span = entry_at_fault(&model, &error).and_then(|rod| entry_of.get(rod).cloned()).unwrap_or(0..0);
         return source.wrong(span, &format!("this gives a model that cannot be simulated: {error}"));
     }
     let (name, description) = (stem(source.file), file.description.clone());

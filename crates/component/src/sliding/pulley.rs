@@ -11,7 +11,7 @@
 use kernels::math::Vec3;
 use rod::Wheel;
 
-/// A number for each unknown share of the force: polynomials of an order below eight, for up to three and a half turns.
+/// A number for each unknown share of the force: polynomials of an order below eight, for up to 1.75 turns.
 pub(super) type Shares = [f64; 8];
 
 /// A segment of the rod, as the wheel sees it.
@@ -40,6 +40,8 @@ impl OnWheel {
 /// Where the rod is on the wheel: what one step leaves to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
+    /// Whether the rod has left the wheel, for good: the wheel does nothing to it.
+    pub(super) is_off: bool,
     /// A direction across the axle from which angles count.
     pub(super) reference: Vec3<f64>,
     /// A segment of the rod on the wheel, and its angle, which grows along the rod [rad].
@@ -271,6 +273,7 @@ impl Pulley {
             angle = edge + tangent.dot(offset) / rim;
         }
         let ([up, up_slope], [down, down_slope]) = (rise((angle - from) / own), rise((angle - to) / own));
+        let on = if self.track.is_off { 0.0 } else { 1.0 };
         let mut seat = Seat {
             segment,
             angle,
@@ -279,7 +282,7 @@ impl Pulley {
             arm,
             gap,
             across,
-            share: up - down,
+            share: on * (up - down),
             weights: Shares::default(),
             slopes: Shares::default(),
             grip: 0.0,
@@ -291,7 +294,7 @@ impl Pulley {
         let x = (angle - from - half) / reach;
         let lean = self.track.lean;
         let fall = (-lean * (angle - from - half)).exp() * own / wrap;
-        let (share, slope) = (seat.share * fall, (up_slope - down_slope) / own * fall - lean * seat.share * fall);
+        let (share, slope) = (seat.share * fall, on * (up_slope - down_slope) / own * fall - lean * seat.share * fall);
         // Legendre's polynomials.
         let (mut now, mut before) = ([1.0, 0.0], [0.0, 0.0]);
         for mode in 0..seat.weights.len().min(self.modes + 1) {

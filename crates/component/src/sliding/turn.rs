@@ -91,7 +91,7 @@ impl<T: Real> Component<T> {
         pulley.seats = seats;
     }
 
-    /// By how much the rod has gone along the rim in the step under way beyond the holder, in the weights of the step [m].
+    /// By how much the rod has gone along the rim in the step under way, in the weights of the step [m].
     fn passed(&self, pulley: &Pulley) -> f64 {
         let moved = |seat: &Seat| {
             let old = pulley.start.iter().find(|old| old.segment == seat.segment);
@@ -118,7 +118,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Begins an attempt at a step of pulleys.
-    pub(super) fn begin_pulleys(&mut self) {
+    pub(crate) fn begin_pulleys(&mut self) {
         let per_newton = self.effective.lane(0) * self.effective.lane(0);
         let mut pulleys = std::mem::take(&mut self.eyelets.pulleys);
         for (pulley, slip) in &mut pulleys {
@@ -211,13 +211,14 @@ impl<T: Real> Component<T> {
             let old = pulley.track;
             let friction = pulley.wheel.friction();
             let lean = if tensions > 0.0 { (pulley.along / tensions).clamp(-friction, friction) } else { 0.0 };
-            let modes = modes_of(arc[1] - arc[0], pulley.modes);
+            let modes = modes_of(arc[1] - arc[0], pulley.modes).min(pulley.modes + 1);
             let mut held = pulley.held;
             if modes > pulley.modes {
                 held[pulley.modes] = pulley.gap(pulley.modes);
             }
             pulley.track = Track {
                 reference: groove.first(),
+                is_off: pulley.is_empty(),
                 middle,
                 angle,
                 arc,
@@ -249,8 +250,11 @@ impl<T: Real> Component<T> {
     /// Shows a visitor what the next step of pulleys begins with.
     pub(super) fn visit_pulleys(&mut self, visitor: &mut StateVisitor<'_>) {
         visitor.list(&mut self.eyelets.pulleys, |visitor, (pulley, slip)| {
-            let Track { reference, middle, angle, arc, modes, turned, rate, lean, press, along, held, force } =
+            let Track { is_off, reference, middle, angle, arc, modes, turned, rate, lean, press, along, held, force } =
                 &mut pulley.track;
+            let mut off = f64::from(u8::from(*is_off));
+            visitor.number(&mut off);
+            *is_off = off != 0.0;
             visitor.vector(reference);
             visitor.count(middle);
             visitor.count(modes);
@@ -267,8 +271,8 @@ impl<T: Real> Component<T> {
     /// Where rods are on the pulleys of the model, and what these do.
     pub fn each_pulley(&self, mut see: impl FnMut(usize, OnPulley)) {
         for (pulley, _) in &self.eyelets.pulleys {
-            let Track { arc, turned, rate, along, force, .. } = pulley.track;
-            let wrap = (arc[1] - arc[0]).max(0.0);
+            let Track { is_off, arc, turned, rate, along, force, .. } = pulley.track;
+            let wrap = if is_off { 0.0 } else { (arc[1] - arc[0]).max(0.0) };
             let torque = along * pulley.radius;
             see(pulley.index, OnPulley { wrap, turned, rate, force: force.0.into(), torque });
         }
@@ -313,6 +317,7 @@ impl Component<f64> {
                 wheel: own.wheel.clone(),
                 sense: 1.0,
                 track: Track {
+                    is_off: false,
                     reference: Vec3::zero(),
                     middle: 0,
                     angle: 0.0,
@@ -350,9 +355,12 @@ impl Component<f64> {
             let offset = self.body_at(&self.poses, pulley.first + segment).x - middle;
             offset - axis * axis.dot(offset)
         };
-        let off = |segment: usize| (offset(segment).norm_squared().sqrt() - pulley.rod[segment].rim).abs();
+        let aside = |segment: usize| axis.dot(self.body_at(&self.poses, pulley.first + segment).x - middle);
+        let off =
+            |segment: usize| (offset(segment).norm_squared().sqrt() - pulley.rod[segment].rim).hypot(aside(segment));
         let nearest = (0..pulley.rod.len()).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
         // The middle of all that is as near as drawn corners of segments are.
+        pulley.track.is_off = off(nearest) > pulley.longest * pulley.radius;
         let is_near = |&segment: &usize| off(segment) < 0.5 * pulley.longest * pulley.radius;
         let last = (nearest..pulley.rod.len()).take_while(is_near).last().unwrap_or(nearest);
         let first = (0..=nearest).rev().take_while(is_near).last().unwrap_or(nearest);
@@ -401,7 +409,7 @@ impl Component<f64> {
                 add(normal.0, arm.cross(normal).0, self.end_damping(pulley, seat));
             }
         }
-        rows.sort_by_key(|row| row.body);
+        rows.sort_unstable_by_key(|row| row.body);
     }
 
     /// The border of a pulley.
@@ -489,7 +497,7 @@ impl Component<f64> {
         }
     }
 
-    /// Lets rods stick to wheels and slip, press on them and leave them, by forces and gaps; returns whether any changes.
+    /// Lets rods stick to wheels and slip, by forces and ways; returns whether any changes.
     pub(super) fn choose_on_pulleys(&mut self) -> bool {
         let mut changes = false;
         let mut pulleys = std::mem::take(&mut self.eyelets.pulleys);

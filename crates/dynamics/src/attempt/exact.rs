@@ -231,7 +231,7 @@ pub(crate) fn attempt_exactly<T: Real>(
         let asked = lanes::<T>(due, |lane| tangents.get(lane).is_none_or(TangentChoice::is_exact));
         let (found, useful) = exact.iterate(component, (&attempt.residuals, attempt.target), asked, counters);
         attempt.take(found, component.correction, mask(useful));
-        attempt.judge_residuals(component);
+        attempt.judge_residuals(component, params.formulation);
         for (lane, tangents) in tangents.iter_mut().enumerate().filter(|(lane, _)| due >> lane & 1 == 1) {
             tangents.count(useful >> lane & 1 == 1);
         }
@@ -247,7 +247,7 @@ pub(crate) fn attempt_exactly<T: Real>(
             let residuals = evaluate(component, params.formulation, counters);
             watch.mark(&mut counters.times.assemble);
             attempt.take(residuals, component.correction, mask(others));
-            attempt.judge_residuals(component);
+            attempt.judge_residuals(component, params.formulation);
         }
     }
     component.is_apart = false;

@@ -373,11 +373,9 @@ impl Steps for Island<'_> {
                 watch.mark(&mut set.counters.times.assemble);
             });
             correction = self.judge(correction);
-            self.each(|set| {
-                set.attempt.judge_residuals(&set.component);
-                if set.component.slides() {
-                    Exact::judge_sliding(&mut set.component, &mut set.attempt);
-                }
+            self.each(|set| match set.component.slides() {
+                true => Exact::judge_sliding(&mut set.component, &mut set.attempt),
+                false => set.attempt.judge_residuals(&set.component, params.formulation),
             });
         }
         let own = self.sets.iter().map(|set| set.attempt.status(0)).max().unwrap_or(Status::Converged);

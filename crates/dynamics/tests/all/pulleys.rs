@@ -393,3 +393,29 @@ fn what_has_no_pulleys_is_refused_by_name() {
         "pulley 0: friction = -1, but it must be finite and >= 0"
     );
 }
+
+/// Two sheaves on one axle: each has the part of the rope in its own plane.
+#[test]
+fn sheaves_beside_each_other_have_their_own_parts() {
+    let (mut all, middles) = reeved(0.1 * PI, Vector3::zeros(), FRAC_PI_2, &[(6, -10), (6, 0)]);
+    let (down, length) = (all[all.len() - 1], 0.1 * PI * R);
+    let beside = Vector3::y() * (2.0 * length);
+    all.push(down + 0.5 * beside);
+    // Up beside it, and over the second one.
+    all.extend(reeved(0.1 * PI, down + beside, FRAC_PI_2, &[(6, 10), (6, 0)]).0);
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let rod = assembly.rod(&spec(all, 1000.0));
+    assembly.fix(rod.start).fix(rod.end - 1);
+    let (mut model, state) = assembly.finish();
+    for at in [middles[0], middles[0] + beside] {
+        fixed(&mut model, rod.clone(), at, Wheel::Free);
+    }
+    let mut simulation = Simulation::new(&model, &state, &settings(Integrator::Bdf2), None).unwrap();
+    simulation.step(1e-3).unwrap();
+    let mut on = vec![OnPulley::default(); 2];
+    simulation.store_pulleys(&mut on);
+    // Neither is pulled sideways by the distance of the other.
+    for one in on {
+        assert!(one.wrap > 2.5 && one.force.y.abs() < 1e-3 * 3e8 * PI * 1e-6, "{one:?}");
+    }
+}

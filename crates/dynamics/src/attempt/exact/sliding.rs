@@ -158,7 +158,7 @@ impl Exact<f64> {
 
     /// Judges an attempt after an iteration: it is not at its end where an eyelet begins to stick or to slide.
     pub(crate) fn judge_sliding(component: &mut Component<f64>, attempt: &mut Attempt<f64>) {
-        attempt.judge_residuals(component);
+        attempt.judge_residuals(component, Formulation::Newton);
         if component.choose_slip() {
             attempt.error = f64::INFINITY;
         }
