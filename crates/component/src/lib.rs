@@ -71,7 +71,7 @@ pub use formulation::Formulation;
 pub use hold::Change;
 pub use interval::Interval;
 pub use jointed::members::Members;
-pub use measure::{FREE_MOTION, OF_TRANSMITTED};
+pub use measure::OF_TRANSMITTED;
 pub use motion::{LARGEST_TURN, in_kernel};
 pub use parts::{copy_spatial, pick_pose, pick_spatial};
 pub use pose::BodyPose;

@@ -15,7 +15,7 @@ use super::Component;
 /// (docs/decisions/stopping.md).
 pub const OF_TRANSMITTED: f64 = 1e-4;
 /// And what moves the segment, if it were free, by so many times the way that its surface may be off.
-pub const FREE_MOTION: f64 = 100.0;
+const FREE_MOTION: f64 = 100.0;
 
 impl<T: Real> Component<T> {
     /// Begins to measure a step that is predicted, for this tolerance.

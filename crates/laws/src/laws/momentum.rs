@@ -8,7 +8,7 @@
 //! angle that bodies turn in the step, of first order in dt.
 
 use cosserat::assembly::Damping;
-use cosserat::internals::component::{FREE_MOTION, OF_TRANSMITTED};
+use cosserat::internals::component::OF_TRANSMITTED;
 use cosserat::simulation::{ContactForce, StepParams, Touched};
 use cosserat::state::{Body, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -124,7 +124,7 @@ pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
         sum += mass * (v.norm() + w.norm());
         slack += mass * EPSILON * after.positions[i].norm() / step.dt;
         if step.is_newton() {
-            slack += mass * FREE_MOTION * step.way(i) / step.dt + missing * step.dt;
+            slack += mass * step.tolerance() * segment.length / step.dt + missing * step.dt;
         }
     }
     let forces = outside(step);
@@ -164,11 +164,13 @@ fn contacts(step: &Step<'_>) -> Vec<[f64; 2]> {
     step.contacts.iter().map(of).collect()
 }
 
-/// What may be missing in the balance of forces on a segment [N], beside what moves it: the solver's share of the largest force that is transmitted.
+/// What may be missing in the balance of forces on a segment [N], beside what moves it by the tolerance: the solver's share of the largest force that is
+/// transmitted; at eyelets ten times the way that surfaces may be off, of their largest force.
 fn unbalanced(step: &Step<'_>) -> f64 {
-    let of_joints = step.joints().map(|(_, _, force)| force.force.norm());
-    let of_eyelets = step.sliding.iter().map(|sliding| sliding.force.norm());
-    OF_TRANSMITTED * of_joints.chain(of_eyelets).fold(0.0, f64::max)
+    let of_joints = step.joints().map(|(_, _, force)| force.force.norm()).fold(0.0, f64::max);
+    let of_eyelets = step.sliding.iter().map(|sliding| sliding.force.norm()).fold(0.0, f64::max);
+    let way = step.method.settings().step.allowed_motion(!step.model.contacts.is_empty()).max(step.tolerance());
+    OF_TRANSMITTED * of_joints.max(of_eyelets) + 10.0 * way * of_eyelets
 }
 
 /// Moments of inertia about the axes of a segment.
@@ -230,7 +232,7 @@ pub(super) fn angular(step: &Step<'_>, violations: &mut Vec<Violation>) {
         slack += segment.mass() * arm.norm() * EPSILON * after.positions[i].norm() / step.dt;
         slack += moments(segment).max() * EPSILON / step.dt;
         if step.is_newton() {
-            let residual = FREE_MOTION * step.way(i) / step.dt;
+            let residual = step.tolerance() * segment.length / step.dt;
             slack += (segment.mass() * residual + missing * step.dt) * (arm.norm() + segment.length);
         }
     }
