@@ -1,5 +1,7 @@
 //! Probes: places of rods where quantities are read.
 
+use std::ops::Range;
+
 use rod::{Probe, Quantity};
 use toml::Spanned;
 
@@ -80,7 +82,27 @@ fn probe(builder: &mut Builder, source: &Source, k: usize, entry: &Spanned<forma
     Ok(Probe { quantities: found, ..probe })
 }
 
+/// An entry's name, or `kind-k`; `names` are those of the entries before.
+///
+/// # Errors
+/// If it is not plain, or another has it.
+pub(crate) fn unique_name(
+    source: &Source,
+    (name, entry): (Option<&Spanned<String>>, Range<usize>),
+    (kind, names): (&str, &[String]),
+) -> Result<String> {
+    let own = match name {
+        None => format!("{kind}-{}", names.len()),
+        Some(name) if is_plain(name.get_ref()) => name.get_ref().clone(),
+        Some(name) => return source.must_be(name.span(), "a name without commas, quotes and line breaks"),
+    };
+    if names.contains(&own) {
+        return source.must_be(name.map_or(entry, Spanned::span), &format!("a name that no other {kind} has"));
+    }
+    Ok(own)
+}
+
 /// Whether a name can stand in a table's header.
-pub(crate) fn is_plain(name: &str) -> bool {
+fn is_plain(name: &str) -> bool {
     !name.is_empty() && !name.contains([',', '"', '\'']) && !name.contains(char::is_control)
 }

@@ -8,7 +8,7 @@ use crate::builder::{Builder, Spot};
 use crate::error::{Result, Source};
 use crate::format;
 use crate::motion::{Prepared, ascending, one_a_time};
-use crate::probe::is_plain;
+use crate::probe::unique_name;
 use crate::shape::number_or;
 
 /// Adds the scene's pulleys to the model; returns their names.
@@ -18,16 +18,8 @@ pub(crate) fn pulleys(
     entries: &[Spanned<format::Pulley>],
 ) -> Result<Vec<String>> {
     let mut names: Vec<String> = Vec::with_capacity(entries.len());
-    for (k, entry) in entries.iter().enumerate() {
-        let name = match &entry.get_ref().name {
-            None => format!("pulley-{k}"),
-            Some(name) if is_plain(name.get_ref()) => name.get_ref().clone(),
-            Some(name) => return source.must_be(name.span(), "a name without commas, quotes and line breaks"),
-        };
-        if names.contains(&name) {
-            let span = entry.get_ref().name.as_ref().map_or(entry.span(), Spanned::span);
-            return source.must_be(span, "a name that no other pulley has");
-        }
+    for entry in entries {
+        let name = unique_name(source, (entry.get_ref().name.as_ref(), entry.span()), ("pulley", &names))?;
         add(builder, source, entry, &name)?;
         names.push(name);
     }

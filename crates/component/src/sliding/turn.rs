@@ -73,17 +73,22 @@ impl<T: Real> Component<T> {
         (2.0 * turn.v.dot(axis).atan2(turn.w), axis)
     }
 
-    /// Finds the segments on a pulley now.
-    fn seat(&self, pulley: &mut Pulley) {
-        let groove = Self::groove(pulley, self.body_at(&self.poses, pulley.holder));
-        let mut seats = std::mem::take(&mut pulley.seats);
-        let first = pulley.first;
-        pulley.seat(&groove, pulley.arc, |segment| self.body_at(&self.poses, first + segment).x, &mut seats);
+    /// Finds the segments on a pulley at such poses.
+    fn find_seats(&self, pulley: &Pulley, poses: &[BodyPose<T>], seats: &mut Vec<Seat>) {
+        let groove = Self::groove(pulley, self.body_at(poses, pulley.holder));
+        let pose = |segment: usize| self.body_at(poses, pulley.first + segment);
+        pulley.seat(&groove, pulley.arc, |segment| pose(segment).x, seats);
         let place = |segment: usize| {
-            let BodyPose { x, q } = self.body_at(&self.poses, first + segment);
+            let BodyPose { x, q } = pose(segment);
             (x, q.axis())
         };
-        pulley.seat_ends(&groove, pulley.arc, place, &mut seats);
+        pulley.seat_ends(&groove, pulley.arc, place, seats);
+    }
+
+    /// Finds the segments on a pulley now.
+    fn seat(&self, pulley: &mut Pulley) {
+        let mut seats = std::mem::take(&mut pulley.seats);
+        self.find_seats(pulley, &self.poses, &mut seats);
         for seat in &mut seats {
             let old = pulley.start.iter().find(|old| old.segment == seat.segment);
             (seat.grip, seat.end.rise) = old.map_or((0.0, 0.0), |old| (old.grip, seat.end.gap - old.end.gap));
@@ -132,15 +137,8 @@ impl<T: Real> Component<T> {
             pulley.held = track.held.map(|held| held * kept);
             pulley.press = track.press.map(|press| press * per_newton);
             pulley.along = track.along * per_newton;
-            let groove = Self::groove(pulley, self.body_at(&self.start, pulley.holder));
             let mut start = std::mem::take(&mut pulley.start);
-            let first = pulley.first;
-            pulley.seat(&groove, pulley.arc, |segment| self.body_at(&self.start, first + segment).x, &mut start);
-            let place = |segment: usize| {
-                let BodyPose { x, q } = self.body_at(&self.start, first + segment);
-                (x, q.axis())
-            };
-            pulley.seat_ends(&groove, pulley.arc, place, &mut start);
+            self.find_seats(pulley, &self.start, &mut start);
             let sum: f64 = start.iter().map(|seat| seat.weights[0]).sum();
             start.iter_mut().for_each(|seat| seat.grip = if sum > 0.0 { seat.weights[0] / sum } else { 0.0 });
             pulley.start = start;
