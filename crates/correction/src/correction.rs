@@ -6,17 +6,17 @@ use std::path::Path;
 use burn::tensor::Device;
 use copingnet::Backend;
 use export::{ExportError, SealedError, seal, unseal, write_atomically};
-use identify::recording::GRIPPED;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::applicability::Applicability;
 use crate::film::{Film, Guess};
 use crate::inputs::{Inputs, STRIDE, Sizes};
 use crate::network::{Reader, Row, Shape};
 
 /// Version of the file.
-const SCHEMA: u32 = 2;
+const SCHEMA: u32 = 3;
 /// Rows of frames that go through a network at once.
 const TOGETHER: usize = 64;
 
@@ -33,6 +33,8 @@ pub struct Correction {
     pub scale: [Vec<f32>; 2],
     /// The parameters of networks, whose mean counts.
     pub members: Vec<Vec<f32>>,
+    /// Which motions it applies to.
+    pub applicability: Applicability,
 }
 
 /// What a file holds.
@@ -43,10 +45,12 @@ struct File {
     guess: String,
     kind: String,
     markers: usize,
+    free: Vec<usize>,
     shape: Shape,
     bound_m: f64,
     scale: [Vec<f32>; 2],
     members: Vec<Vec<f32>>,
+    applicability: Applicability,
 }
 
 impl Correction {
@@ -78,13 +82,18 @@ impl Correction {
             sum.iter_mut().zip(found.iter::<f32>()).for_each(|(sum, x)| *sum += f64::from(x));
         }
         let told = self.reader.told();
+        let place = |marker: &usize| told.iter().position(|own| own == marker);
+        let places: Vec<usize> = film.markers.free.iter().filter_map(place).collect();
         let each = 3 * told.len();
         let share = self.bound / self.members.len().max(1) as f64;
         let of = |(row, k): (usize, usize)| {
             let inputs = &inputs[row][k];
             let own = sum[(row * longest + k) * each..][..each].chunks_exact(3);
-            let free = own.skip(film.free.start - told.start).take(film.free.len());
-            let added = free.map(|x| inputs.axes.tr_mul(&Vector3::new(x[0], x[1], x[2])) * (share * inputs.share));
+            let own: Vec<&[f64]> = own.collect();
+            let added = places
+                .iter()
+                .map(|&k| own[k])
+                .map(|x| inputs.axes.tr_mul(&Vector3::new(x[0], x[1], x[2])) * (share * inputs.share));
             (rows[row][k], added.collect())
         };
         let all = rows.iter().enumerate().flat_map(|(row, frames)| (0..frames.len()).map(move |k| (row, k)));
@@ -96,16 +105,18 @@ impl Correction {
     /// # Errors
     /// If the system refuses.
     pub fn write(&self, path: &Path) -> Result<(), ExportError> {
-        let Reader { kind, shape, markers } = self.reader;
+        let Reader { kind, shape, markers, ref free } = self.reader;
         let file = File {
             schema_version: SCHEMA,
             guess: self.guess.name().to_owned(),
             kind: kind.name().to_owned(),
             markers,
+            free: free.clone(),
             shape,
             bound_m: self.bound,
             scale: self.scale.clone(),
             members: self.members.clone(),
+            applicability: self.applicability.clone(),
         };
         write_atomically(path, |out| out.write_all(seal(&file)?.as_bytes()))
     }
@@ -119,10 +130,13 @@ impl Correction {
         let bytes = std::fs::read(path).map_err(|error| named(error.to_string()))?;
         let file: File = unseal(path, &bytes, SCHEMA).map_err(|error: SealedError| error.to_string())?;
         let kind = file.kind.parse().map_err(|allowed| named(format!("kind {:?}: {allowed}", file.kind)))?;
-        let reader = Reader { kind, shape: file.shape, markers: file.markers };
-        if file.markers <= 2 * GRIPPED {
-            return Err(named(format!("markers = {}, but there must be more than {}", file.markers, 2 * GRIPPED)));
+        if file.free.is_empty() || file.free.iter().any(|&free| free >= file.markers) {
+            return Err(named(format!(
+                "free = {:?}, but it must be some of {} markers, from 0",
+                file.free, file.markers
+            )));
         }
+        let reader = Reader { kind, shape: file.shape, markers: file.markers, free: file.free };
         let count = reader.parameters();
         let is_whole = |values: &Vec<f32>| values.len() == count && values.iter().all(|x| x.is_finite());
         if file.members.is_empty() || !file.members.iter().all(is_whole) {
@@ -137,6 +151,7 @@ impl Correction {
             bound: file.bound_m,
             scale: file.scale,
             members: file.members,
+            applicability: file.applicability,
         })
     }
 }

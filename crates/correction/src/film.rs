@@ -1,7 +1,9 @@
 //! A recording beside a guess of its markers.
 
+use identify::branched::Tree;
+use identify::motions::Way;
 use identify::predict::Prediction;
-use identify::recording::Recording;
+use identify::recording::{GRIPPED, Recording};
 use nalgebra::Vector3;
 use names::names;
 
@@ -19,6 +21,37 @@ names!(Guess {
     Blend = "blend",
 });
 
+/// Which markers of a cable are predicted, and which its grips hold.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Markers {
+    /// Those that are predicted, in the order in which predictions have them.
+    pub free: Vec<usize>,
+    /// The inner and the outer marker of each grip; the same twice where a grip holds one marker.
+    pub grips: [[usize; 2]; 2],
+    /// Markers on the rod that the grips hold: the first ones, in their order.
+    pub parent: usize,
+}
+
+impl Markers {
+    /// Those of a cable without branches with so many markers.
+    pub fn of_cable(count: usize) -> Self {
+        let grips = [[GRIPPED - 1, 0], [count - GRIPPED, count - 1]];
+        Self { free: (GRIPPED..count - GRIPPED).collect(), grips, parent: count }
+    }
+
+    /// Those of a cable with branches.
+    pub fn of_tree(tree: &Tree) -> Self {
+        let given = tree.grips.given(tree.parent);
+        let first = tree.grips.first();
+        let outer = if given.contains(&0) { 0 } else { first };
+        Self {
+            free: tree.free().collect(),
+            grips: [[first, outer], [tree.parent - GRIPPED, tree.parent - 1]],
+            parent: tree.parent,
+        }
+    }
+}
+
 /// A recording beside a guess of its markers, which lie in the grips where the recording has them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
@@ -28,34 +61,41 @@ pub struct Film {
     pub guess: Vec<Vec<Vector3<f64>>>,
     /// Times of the frames [s].
     pub time: Vec<f64>,
-    /// The markers between the grips.
-    pub free: std::ops::Range<usize>,
+    /// What its markers are.
+    pub markers: Markers,
 }
 
 impl Film {
-    /// A recording beside its simulation.
+    /// A recording of a cable without branches beside its simulation.
     pub fn simulated(recording: &Recording, prediction: &Prediction) -> Self {
-        Self::new(recording, |frame, marker| prediction.markers[frame][marker - recording.free().start])
+        Self::with(recording, Markers::of_cable(recording.count()), prediction)
+    }
+
+    /// A recording beside its simulation.
+    pub fn with(recording: &Recording, markers: Markers, prediction: &Prediction) -> Self {
+        let mut guess = recording.markers.clone();
+        for (guess, predicted) in guess.iter_mut().zip(&prediction.markers) {
+            markers.free.iter().zip(predicted).for_each(|(&marker, &predicted)| guess[marker] = predicted);
+        }
+        Self { real: recording.markers.clone(), guess, time: recording.time.clone(), markers }
     }
 
     /// A recording beside its first shape, carried along with the grips.
     pub fn blended(recording: &Recording) -> Self {
         let (first, free) = (&recording.markers[0], recording.free());
         let (start, end) = (free.start - 1, free.end);
-        Self::new(recording, |frame, marker| {
-            let moved = |grip: usize| recording.markers[frame][grip] - first[grip];
-            first[marker] + moved(start).lerp(&moved(end), (marker - start) as f64 / (end - start) as f64)
-        })
+        let blended = |real: &Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
+            let moved = |grip: usize| real[grip] - first[grip];
+            let share = |marker| (marker - start) as f64 / (end - start) as f64;
+            free.clone().map(|marker| first[marker] + moved(start).lerp(&moved(end), share(marker))).collect()
+        };
+        let markers = recording.markers.iter().map(blended).collect();
+        Self::simulated(recording, &Prediction { markers, unsolved: 0 })
     }
 
-    fn new(recording: &Recording, of: impl Fn(usize, usize) -> Vector3<f64>) -> Self {
-        let free = recording.free();
-        let row = |(frame, real): (usize, &Vec<Vector3<f64>>)| -> Vec<Vector3<f64>> {
-            let marker = |marker| if free.contains(&marker) { of(frame, marker) } else { real[marker] };
-            (0..real.len()).map(marker).collect()
-        };
-        let guess = recording.markers.iter().enumerate().map(row).collect();
-        Self { real: recording.markers.clone(), guess, time: recording.time.clone(), free: free.clone() }
+    /// The ways of its grips.
+    pub fn way(&self) -> Way {
+        Way::of_grips(&self.guess, self.markers.grips)
     }
 
     /// So many parts of it, one after the other, each beside its part of the recording: of a part all that was recorded before and after it is lost.
@@ -73,15 +113,14 @@ impl Film {
 
     /// The guess as a prediction.
     pub fn uncorrected(&self) -> Prediction {
-        let markers = self.guess.iter().map(|guess| guess[self.free.clone()].to_vec());
+        let markers = self.guess.iter().map(|guess| self.markers.free.iter().map(|&marker| guess[marker]).collect());
         Prediction { markers: markers.collect(), unsolved: 0 }
     }
 
     /// The guess as a prediction, with what is to be added to its free markers [m]: `added[frame][marker]`.
     pub fn corrected(&self, added: &[Vec<Vector3<f64>>]) -> Prediction {
         let markers = self.guess.iter().zip(added).map(|(guess, added)| {
-            let free = guess[self.free.clone()].iter().zip(added);
-            free.map(|(guess, added)| guess + added).collect()
+            self.markers.free.iter().zip(added).map(|(&marker, added)| guess[marker] + added).collect()
         });
         Prediction { markers: markers.collect(), unsolved: 0 }
     }

@@ -97,7 +97,7 @@ fn heading(way: &Vector3<f64>) -> Vector3<f64> {
 impl Inputs {
     /// Of a frame of a film.
     pub fn of(kind: Kind, film: &Film, frame: usize) -> Self {
-        let (start, end) = (film.free.start - 1, film.free.end);
+        let [[start, _], [end, _]] = film.markers.grips;
         let axes_at = |frame: usize| {
             let x = heading(&(film.guess[frame][end] - film.guess[frame][start]));
             Matrix3::from_rows(&[x.transpose(), Vector3::z().cross(&x).transpose(), Vector3::z().transpose()])
@@ -105,10 +105,10 @@ impl Inputs {
         let middle = |frame: usize| (film.guess[frame][start] + film.guess[frame][end]) * 0.5;
         let (now, axes, axes_0) = (&film.guess[frame], axes_at(frame), axes_at(0));
         let first = &film.guess[0];
-        let length: f64 = first.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
+        let length: f64 = first[..film.markers.parent].windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
         let push = |to: &mut Vec<f32>, x: Vector3<f64>| to.extend(x.iter().map(|x| *x as f32));
         let mut common = Vec::with_capacity(OF_FRAME);
-        for (inner, outer) in [(start, 0), (end, now.len() - 1)] {
+        for [inner, outer] in film.markers.grips {
             push(&mut common, axes * (now[inner] - middle(frame)) / length);
             push(&mut common, axes * (now[outer] - now[inner]).try_normalize(1e-9).unwrap_or_else(Vector3::zeros));
         }
@@ -130,7 +130,7 @@ impl Inputs {
                     of_marker(&mut nodes, k);
                     nodes.extend_from_slice(&common);
                     let s = k as f32 / (now.len() - 1) as f32;
-                    nodes.extend([s, 4.0 * s * (1.0 - s), f32::from(film.free.contains(&k))]);
+                    nodes.extend([s, 4.0 * s * (1.0 - s), f32::from(film.markers.free.contains(&k))]);
                 }
                 now.windows(2)
                     .for_each(|pair| push(&mut edges, axes * (pair[1] - pair[0]) * now.len() as f64 / length));

@@ -5,6 +5,7 @@
 //! same in every place and heading. A [`Reader`](network::Reader) is one of the networks that read frames. A [`Correction`](correction::Correction) says what to add; [`train`](training::train)
 //! makes it. [`noodle`] makes films of noodles. [`inside`] corrects the simulation itself: curvatures at rest that differ along the cable, moments of its joints.
 
+pub mod applicability;
 pub mod correction;
 pub mod film;
 pub mod inputs;

@@ -6,12 +6,14 @@ use std::time::Instant;
 
 use anyhow::{Result, anyhow, bail};
 use clap::Parser;
+use correction::applicability::{Applicability, GAIN, Worth};
 use correction::correction::Correction;
-use correction::film::{Film, Guess};
+use correction::film::{Film, Guess, Markers};
 use correction::inputs;
 use correction::network::Shape;
 use correction::noodle;
 use correction::training::{ASIDE, Plan, train};
+use identify::branched::Tree;
 use identify::cable::Cable;
 use identify::kind::{Clamped, Kind, Plain, Read};
 use identify::metric::mean_error;
@@ -20,12 +22,13 @@ use identify::predict::{Prediction, predict};
 use identify::recording::{Grips, Reading, Recording};
 use identify::result::CableFile;
 use report::significant;
-use terminal::{INTERRUPTED, Progress, complain, positive, say, threads};
+use terminal::{INTERRUPTED, Progress, complain, positive, say, threads, warn};
 
 /// Exit code of bad input.
 const BAD_INPUT: u8 = 2;
 
-/// Learns what to add to the prediction of a cable or a noodle that `identify` has identified, from the recordings it was identified on.
+/// Learns what to add to the prediction of a cable, with branches or without, or of a noodle that `identify` has identified, from the
+/// recordings it was identified on.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {
@@ -61,6 +64,9 @@ struct Cli {
     /// Seed of weights and order.
     #[arg(long, default_value = "1")]
     seed: u64,
+    /// Adds the correction to all motions, also to those that it is not expected to apply to.
+    #[arg(long)]
+    all_motions: bool,
     /// Frames a second of files that do not say it.
     #[arg(long, default_value = "100", value_parser = positive)]
     rate: f64,
@@ -98,36 +104,43 @@ fn read<K: Kind>(cli: &Cli, places: &[PathBuf], rod: &CableFile) -> Result<(K, R
     Ok((kind, read))
 }
 
+/// A recording with what is known of it and its simulation.
+type Simulated<S> = (Recording, S, Prediction);
+
 /// Recordings with what is known of each and its simulation.
-fn simulated<K: Kind>(
-    cli: &Cli,
-    places: &[PathBuf],
-    rod: &CableFile,
-) -> Result<Vec<(Recording, K::Specimen, Prediction)>> {
+fn simulated<K: Kind>(cli: &Cli, places: &[PathBuf], rod: &CableFile) -> Result<(K, Vec<Simulated<K::Specimen>>)> {
     let (kind, read) = read::<K>(cli, places, rod)?;
     let (recordings, specimens): (Vec<_>, Vec<_>) = read.good.into_iter().unzip();
     let numbers = rod.numbers(kind.start(&specimens)).map_err(|message| anyhow!(message))?;
     let predictions = predict(&specimens, &numbers, usize::MAX, rod.steps)?;
     let each = recordings.into_iter().zip(specimens).zip(predictions);
-    Ok(each.map(|((recording, specimen), prediction)| (recording, specimen, prediction)).collect())
+    Ok((kind, each.map(|((recording, specimen), prediction)| (recording, specimen, prediction)).collect()))
 }
 
-/// Recordings beside their guesses.
-fn films(cli: &Cli, places: &[PathBuf], rod: &CableFile, guess: Guess) -> Result<Vec<(Recording, Film)>> {
+/// Recordings beside their guesses, and how errors of predictions are told.
+fn films(cli: &Cli, places: &[PathBuf], rod: &CableFile, guess: Guess) -> Result<(Vec<(Recording, Film)>, Metric)> {
     match rod.kind.as_str() {
         Plain::NAME if guess == Guess::Blend => {
             let film = |(recording, _): (Recording, Cable)| {
                 let film = Film::blended(&recording);
                 (recording, film)
             };
-            Ok(read::<Plain>(cli, places, rod)?.1.good.into_iter().map(film).collect())
+            Ok((read::<Plain>(cli, places, rod)?.1.good.into_iter().map(film).collect(), Metric::Cable))
         }
         Plain::NAME => {
             let film = |(recording, _, prediction): (Recording, Cable, Prediction)| {
                 let film = Film::simulated(&recording, &prediction);
                 (recording, film)
             };
-            Ok(simulated::<Plain>(cli, places, rod)?.into_iter().map(film).collect())
+            Ok((simulated::<Plain>(cli, places, rod)?.1.into_iter().map(film).collect(), Metric::Cable))
+        }
+        Tree::NAME if guess == Guess::Physics => {
+            let (tree, simulated) = simulated::<Tree>(cli, places, rod)?;
+            let film = |(recording, _, prediction): (Recording, _, Prediction)| {
+                let film = Film::with(&recording, Markers::of_tree(&tree), &prediction);
+                (recording, film)
+            };
+            Ok((simulated.into_iter().map(film).collect(), Metric::Branched(tree)))
         }
         Clamped::NAME if guess == Guess::Physics => {
             let film = |(recording, noodle, prediction): (Recording, Noodle, Prediction)| {
@@ -135,17 +148,37 @@ fn films(cli: &Cli, places: &[PathBuf], rod: &CableFile, guess: Guess) -> Result
                 let film = Film::simulated(&recording, &prediction);
                 (recording, film)
             };
-            Ok(simulated::<Clamped>(cli, places, rod)?.into_iter().map(film).collect())
+            Ok((simulated::<Clamped>(cli, places, rod)?.1.into_iter().map(film).collect(), Metric::Noodle))
         }
         kind => bail!("{}: a {kind} has no correction of {guess}", cli.result.display()),
     }
 }
 
-/// Errors of a prediction by their names [m].
-fn errors(rod: &CableFile, recording: &Recording, prediction: &Prediction) -> Vec<(String, f64)> {
-    match rod.kind.as_str() {
-        Clamped::NAME => noodle::errors(recording, prediction),
-        _ => vec![("a coordinate".to_owned(), mean_error(recording, prediction))],
+/// How errors of predictions are told.
+enum Metric {
+    Cable,
+    Branched(Tree),
+    Noodle,
+}
+
+impl Metric {
+    /// Errors over recordings by their names [m]: means, and what is none.
+    fn errors(&self, recordings: &[Recording], predictions: &[Prediction]) -> Vec<(String, f64)> {
+        let each = |(recording, prediction): (&Recording, &Prediction)| match self {
+            Self::Cable => vec![("a coordinate".to_owned(), mean_error(recording, prediction))],
+            Self::Branched(tree) => tree.errors(recording, prediction),
+            Self::Noodle => noodle::errors(recording, prediction),
+        };
+        let mut sums: Vec<(String, f64)> = Vec::new();
+        for errors in recordings.iter().zip(predictions).map(each) {
+            sums.resize_with(errors.len(), || (String::new(), 0.0));
+            sums.iter_mut().zip(errors).for_each(|(sum, (name, error))| *sum = (name, sum.1 + error));
+        }
+        sums.iter_mut().for_each(|(_, sum)| *sum /= recordings.len() as f64);
+        if let Self::Branched(tree) = self {
+            sums.extend(tree.errors_over_all(recordings, predictions));
+        }
+        sums
     }
 }
 
@@ -166,7 +199,10 @@ fn run(cli: &Cli) -> Result<ExitCode> {
 
 fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
     let places: Vec<PathBuf> = cable.recordings.iter().map(PathBuf::from).collect();
-    let mut films = films(cli, &places, cable, cli.guess)?;
+    let (mut films, metric) = films(cli, &places, cable, cli.guess)?;
+    if cli.kind == inputs::Kind::Graph && matches!(metric, Metric::Branched(_)) {
+        bail!("--kind graph: a cable with branches has a correction by a perceptron or a recurrent network alone");
+    }
     if cable.kind == Clamped::NAME {
         // Its recordings are few, and long.
         films = films.iter().flat_map(|(recording, film)| film.parts(recording, ASIDE)).collect();
@@ -189,7 +225,7 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
         epochs: cli.epochs.map_or(cli.kind.epochs(), usize::from),
         seed: cli.seed,
     };
-    let progress = Progress::new(plan.members * plan.epochs, "epochs", cli.quiet)?;
+    let progress = Progress::new(plan.all_epochs(), "epochs", cli.quiet)?;
     let began = Instant::now();
     let found =
         train(&films, &plan, &mut |_| progress.advance()).ok_or_else(|| anyhow!("there is nothing to learn"))?;
@@ -197,6 +233,21 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
     for (member, [guess, corrected]) in found.aside.iter().enumerate() {
         let [guess, corrected] = [guess, corrected].map(|error| significant(100.0 * error, 3));
         say!("network {member}: error of a coordinate of what it kept aside [cm]: {guess}, corrected {corrected}")?;
+    }
+    let Applicability { like_m, like_gain, other_gain, .. } = &found.correction.applicability;
+    let percent = |gain: f64| significant(100.0 * gain, 2);
+    say!(
+        "of motions like those in training it takes {} % of the error; like: ways of grips within {} cm",
+        percent(*like_gain),
+        percent(*like_m)
+    )?;
+    match other_gain {
+        None => say!("what it takes of others is not known: training had too few kinds of motion")?,
+        Some(gain) => say!(
+            "of motions of other kinds it takes {} %{}",
+            percent(*gain),
+            if *gain < GAIN { ": it does not apply to them" } else { "" }
+        )?,
     }
     let (seconds, bound) =
         (significant(began.elapsed().as_secs_f64(), 2), significant(100.0 * found.correction.bound, 2));
@@ -210,25 +261,54 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
 }
 
 fn evaluate(cli: &Cli, cable: &CableFile, correction: &Correction) -> Result<()> {
-    let films = films(cli, &cli.eval, cable, correction.guess)?;
+    let (films, metric) = films(cli, &cli.eval, cable, correction.guess)?;
     if let Some((other, _)) = films.iter().find(|(recording, _)| recording.count() != correction.reader.markers) {
         let (path, found, asked) = (other.path.display(), other.count(), correction.reader.markers);
         bail!("{path}: {found} markers, but the correction is of a cable with {asked}");
     }
     let began = Instant::now();
-    let corrected: Vec<Prediction> = films.iter().map(|(_, film)| film.corrected(&correction.add(film))).collect();
+    let worth: Vec<Worth> = films.iter().map(|(_, film)| correction.applicability.worth(&film.way())).collect();
+    let is_corrected = |worth: &Worth| worth.applies || cli.all_motions;
+    let predicted = |((_, film), worth): (&(Recording, Film), &Worth)| match is_corrected(worth) {
+        true => film.corrected(&correction.add(film)),
+        false => film.uncorrected(),
+    };
+    let corrected: Vec<Prediction> = films.iter().zip(&worth).map(predicted).collect();
     let recorded: f64 = films.iter().filter_map(|(recording, _)| recording.time.last()).sum();
     let speed = significant(recorded / began.elapsed().as_secs_f64(), 2);
-    let of = |own: &Prediction, recording: &Recording| errors(cable, recording, own);
-    let before: Vec<_> = films.iter().map(|(recording, film)| of(&film.uncorrected(), recording)).collect();
-    let after: Vec<_> = films.iter().zip(&corrected).map(|((recording, _), own)| of(own, recording)).collect();
+    let uncorrected: Vec<Prediction> = films.iter().map(|(_, film)| film.uncorrected()).collect();
+    let recordings: Vec<Recording> = films.iter().map(|(recording, _)| recording.clone()).collect();
+    warn_of_others(cli, &films, &worth, &correction.applicability);
     say!("eval: {} recordings, corrected at {speed} times real time; errors [cm]:", films.len())?;
     let name = correction.guess;
-    for (k, (what, _)) in before.iter().flatten().take(before[0].len()).enumerate() {
-        let mean = |errors: &[Vec<(String, f64)>]| {
-            significant(100.0 * errors.iter().map(|own| own[k].1).sum::<f64>() / errors.len() as f64, 3)
-        };
-        say!("  {what}: {name} {}, corrected {}", mean(&before), mean(&after))?;
+    let [before, after] = [&uncorrected, &corrected].map(|predictions| metric.errors(&recordings, predictions));
+    for ((what, before), (_, after)) in before.iter().zip(&after) {
+        let [before, after] = [before, after].map(|error| significant(100.0 * error, 3));
+        say!("  {what}: {name} {before}, corrected {after}")?;
     }
     Ok(())
+}
+
+/// Warns of motions to which a correction does not apply.
+fn warn_of_others(cli: &Cli, films: &[(Recording, Film)], worth: &[Worth], applicability: &Applicability) {
+    let others = films.iter().zip(worth).filter(|(_, worth)| !worth.applies);
+    let cm = |metres: f64| significant(100.0 * metres, 2);
+    let names: Vec<String> =
+        others.map(|((recording, _), worth)| format!("{} ({} cm)", recording.name(), cm(worth.distance))).collect();
+    if names.is_empty() {
+        return;
+    }
+    let gain = match applicability.other_gain {
+        Some(gain) => format!("it is expected to take {} % of the error", significant(100.0 * gain, 2)),
+        None => "what it takes of the error is not known".to_owned(),
+    };
+    warn(format_args!(
+        "the correction does not apply to {} of {} recordings and is {}: {gain}, as the ways of the grips are farther from the nearest in training \
+         than {} cm: {}",
+        names.len(),
+        films.len(),
+        if cli.all_motions { "added all the same" } else { "left out" },
+        cm(applicability.like_m),
+        names.join(", ")
+    ));
 }

@@ -3,7 +3,6 @@
 use burn::tensor::{Device, Gradients, Tensor};
 use copingnet::{GraphTensors, Network, NetworkConfig, Output, Weights};
 use graph::Batch;
-use identify::recording::GRIPPED;
 use serde::{Deserialize, Serialize};
 
 use crate::inputs::{Inputs, Kind, Sizes};
@@ -33,7 +32,7 @@ impl Shape {
 }
 
 /// Which network reads a cable of so many markers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reader {
     /// How frames are read.
     pub kind: Kind,
@@ -41,14 +40,16 @@ pub struct Reader {
     pub shape: Shape,
     /// Markers of the cable.
     pub markers: usize,
+    /// Those that are predicted.
+    pub free: Vec<usize>,
 }
 
 impl Reader {
     /// The markers that it says something of.
-    pub(crate) fn told(&self) -> std::ops::Range<usize> {
+    pub(crate) fn told(&self) -> Vec<usize> {
         match self.kind {
-            Kind::Graph => 0..self.markers,
-            Kind::Perceptron | Kind::Recurrent => GRIPPED..self.markers - GRIPPED,
+            Kind::Graph => (0..self.markers).collect(),
+            Kind::Perceptron | Kind::Recurrent => self.free.clone(),
         }
     }
 

@@ -2,12 +2,15 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 use copingnet::{Adam, AdamParams, Backend};
-use identify::metric::mean_error;
+use identify::metric::Errors;
+use identify::motions::{Way, halves, kinds};
+use identify::predict::Prediction;
 use identify::recording::Recording;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use crate::applicability::Applicability;
 use crate::correction::Correction;
 use crate::film::{Film, Guess};
 use crate::inputs::{Inputs, Kind, STRIDE, Sizes};
@@ -37,7 +40,7 @@ pub struct Epoch {
     pub member: usize,
     /// Epochs of it that are done.
     pub epoch: usize,
-    /// Mean error of a coordinate of what it keeps aside [m].
+    /// Mean error of a coordinate of what it keeps aside [m]; NaN of those that tell what is gained on other kinds of motion.
     pub aside: f64,
 }
 
@@ -54,6 +57,8 @@ pub struct Trained {
 
 /// One recording in so many is kept aside by a network.
 pub const ASIDE: usize = 7;
+/// Kinds of motion that are told apart, to see what is gained on others.
+const KINDS: usize = 8;
 /// Pieces of a step. The gradient of each is made at once; sums run in the order of pieces, whichever thread made them.
 const PIECES: usize = 2;
 /// Largest step size; it falls to zero as a cosine.
@@ -66,6 +71,13 @@ const AVERAGED: f64 = 200.0;
 const SMALL: f64 = 1e-3;
 /// A correction may be larger than any in training by this factor.
 const BEYOND: f64 = 1.5;
+
+impl Plan {
+    /// Epochs of all networks, those included that tell what is gained on other kinds of motion.
+    pub fn all_epochs(&self) -> usize {
+        (self.members.max(1) + 2) * self.epochs
+    }
+}
 
 impl Kind {
     /// Times that recordings are gone through, unless told otherwise.
@@ -95,7 +107,9 @@ struct Sample {
 /// Trains a correction of films, each beside its recording. `watch` is told after each epoch, and says whether to go on; what is
 /// best so far is kept.
 pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Epoch) -> bool) -> Option<Trained> {
-    let reader = Reader { kind: plan.kind, shape: plan.shape, markers: films.first()?.0.count() };
+    let (recording, film) = films.first()?;
+    let free = film.markers.free.clone();
+    let reader = Reader { kind: plan.kind, shape: plan.shape, markers: recording.count(), free };
     let missed = |film: &Film| {
         let rows = film.real.iter().zip(&film.guess);
         rows.flat_map(|(real, guess)| real.iter().zip(guess).map(|(a, b)| (a - b).amax())).fold(0.0, f64::max)
@@ -103,45 +117,87 @@ pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Ep
     // A marker that was lost has no share in the largest.
     let bound = BEYOND * films.iter().map(|(_, film)| missed(film)).fold(1e-6, f64::max);
     let scale = scale(plan.kind, films, Sizes::of(plan.kind, reader.markers).node);
-    let correction = Correction { guess: plan.guess, reader, bound, scale, members: Vec::new() };
+    let ways: Vec<Way> = films.iter().map(|(_, film)| film.way()).collect();
+    let applicability = Applicability::new(ways.clone(), 0.0, None);
+    let correction = Correction { guess: plan.guess, reader, bound, scale, members: Vec::new(), applicability };
+    let pick = |which: &dyn Fn(usize) -> bool| -> Vec<&(Recording, Film)> {
+        films.iter().enumerate().filter(|(k, _)| which(*k)).map(|(_, own)| own).collect()
+    };
     let (mut members, mut aside, mut stopped) = (Vec::new(), Vec::new(), false);
     for member in 0..plan.members.max(1) {
         let is_aside = |k: usize| films.len() > 1 && k % ASIDE.min(films.len()) == member % ASIDE.min(films.len());
-        let (kept, learned): (Vec<usize>, Vec<usize>) = (0..films.len()).partition(|&k| is_aside(k));
-        let seed = plan.seed.wrapping_mul(1000).wrapping_add(member as u64);
-        let mut school = School::new(&correction, seed);
-        let kept: Vec<&(Recording, Film)> = kept.iter().map(|&k| &films[k]).collect();
-        let plain = kept.iter().map(|(recording, film)| mean_error(recording, &film.uncorrected())).sum::<f64>();
-        let mut best = (f64::INFINITY, school.mean.clone());
-        for epoch in 1..=plan.epochs {
-            let samples: Vec<Sample> = learned
-                .par_iter()
-                .flat_map_iter(|&k| {
-                    let film = &films[k].1;
-                    plan.kind.rows(epoch % STRIDE, film.time.len()).into_iter().map(move |row| (film, row))
-                })
-                .map(|(film, row)| Sample::of(&reader, film, &row, bound))
-                .filter(|sample| sample.wanted.iter().any(|wanted| !wanted.is_nan()))
-                .collect();
-            school.epoch(&samples, (epoch, plan.epochs));
-            let now = Correction { members: vec![school.mean.clone()], ..correction.clone() };
-            let error = |(recording, film): &&(Recording, Film)| mean_error(recording, &film.corrected(&now.add(film)));
-            let error = kept.iter().map(error).sum::<f64>() / kept.len().max(1) as f64;
-            if error < best.0 || kept.is_empty() {
-                best = (error, school.mean.clone());
+        let [kept, learned] = [pick(&is_aside), pick(&|k| !is_aside(k))];
+        let mut best = (f64::INFINITY, Vec::new());
+        stopped = !epochs(&correction, &learned, plan, member, &mut |epoch, network| {
+            let now = if kept.is_empty() { 0.0 } else { mean_error(&kept, Some(network)) };
+            if now < best.0 || kept.is_empty() {
+                best = (now, network.members[0].clone());
             }
-            stopped = !watch(&Epoch { member, epoch, aside: error });
-            if stopped {
-                break;
-            }
-        }
-        aside.push([plain / kept.len().max(1) as f64, best.0]);
+            watch(&Epoch { member, epoch, aside: now })
+        });
+        aside.push([if kept.is_empty() { f64::NAN } else { mean_error(&kept, None) }, best.0]);
         members.push(best.1);
         if stopped {
             break;
         }
     }
-    Some(Trained { correction: Correction { members, ..correction }, aside, stopped })
+    // What networks gain on kinds of motion that they did not learn from.
+    let second = halves(&kinds(&ways, KINDS));
+    let is_told = films.len() >= ASIDE && second.contains(&true);
+    let mut sums = [0.0; 2];
+    let parts: &[bool] = if is_told && !stopped { &[false, true] } else { &[] };
+    for (half, &which) in parts.iter().enumerate() {
+        let [learned, others] = [pick(&|k| second[k] == which), pick(&|k| second[k] != which)];
+        let member = members.len() + half;
+        let mut last = correction.clone();
+        stopped |= !epochs(&correction, &learned, plan, member, &mut |epoch, network| {
+            last.members.clone_from(&network.members);
+            watch(&Epoch { member, epoch, aside: f64::NAN })
+        });
+        let each = others.len() as f64;
+        sums = [sums[0] + each * mean_error(&others, None), sums[1] + each * mean_error(&others, Some(&last))];
+    }
+    let gain = |[before, after]: [f64; 2]| if before > 0.0 { 1.0 - after / before } else { 0.0 };
+    let like = gain(aside.iter().fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]));
+    let applicability = Applicability::new(ways, like, (is_told && !stopped).then(|| gain(sums)));
+    Some(Trained { correction: Correction { members, applicability, ..correction }, aside, stopped })
+}
+
+/// Trains a network from some films, the one of this number, and shows it after each epoch to `watch`, which says whether to go on. Returns
+/// whether it went to its end.
+fn epochs(
+    of: &Correction,
+    films: &[&(Recording, Film)],
+    plan: &Plan,
+    member: usize,
+    watch: &mut dyn FnMut(usize, &Correction) -> bool,
+) -> bool {
+    let mut school = School::new(of, plan.seed.wrapping_mul(1000).wrapping_add(member as u64));
+    (1..=plan.epochs).all(|epoch| {
+        let samples: Vec<Sample> = films
+            .par_iter()
+            .flat_map_iter(|(_, film)| {
+                plan.kind.rows(epoch % STRIDE, film.time.len()).into_iter().map(move |row| (film, row))
+            })
+            .map(|(film, row)| Sample::of(&of.reader, film, &row, of.bound))
+            .filter(|sample| sample.wanted.iter().any(|wanted| !wanted.is_nan()))
+            .collect();
+        school.epoch(&samples, (epoch, plan.epochs));
+        watch(epoch, &Correction { members: vec![school.mean.clone()], ..of.clone() })
+    })
+}
+
+/// Mean error of a coordinate [m] over films, as they are guessed or corrected.
+fn mean_error(films: &[&(Recording, Film)], correction: Option<&Correction>) -> f64 {
+    let each = films.iter().map(|(recording, film)| {
+        error(recording, film, &correction.map_or_else(|| film.uncorrected(), |own| film.corrected(&own.add(film))))
+    });
+    each.sum::<f64>() / films.len() as f64
+}
+
+/// Mean error of a coordinate [m] of a prediction of a film.
+fn error(recording: &Recording, film: &Film, prediction: &Prediction) -> f64 {
+    Errors::of(recording, &film.markers.free, prediction).mean(0..recording.count())
 }
 
 /// Mean of each input of a node, and its inverse spread.
@@ -169,10 +225,11 @@ fn scale(kind: Kind, films: &[(Recording, Film)], columns: usize) -> [Vec<f32>; 
 impl Sample {
     fn of(reader: &Reader, film: &Film, row: &[usize], bound: f64) -> Self {
         let inputs: Vec<Inputs> = row.iter().map(|&frame| Inputs::of(reader.kind, film, frame)).collect();
+        let told = reader.told();
         let of_frame = |(inputs, &frame): (&Inputs, &usize)| -> Vec<f32> {
-            let wanted = reader.told().flat_map(|marker| {
+            let wanted = told.iter().flat_map(|&marker| {
                 let missed = inputs.axes * (film.real[frame][marker] - film.guess[frame][marker]) / bound;
-                let counts = film.free.contains(&marker);
+                let counts = film.markers.free.contains(&marker);
                 [0, 1, 2].map(|axis| if counts { missed[axis] as f32 } else { f32::NAN })
             });
             wanted.collect()

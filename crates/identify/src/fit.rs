@@ -34,9 +34,9 @@ pub struct Fit<N: Numbers> {
     pub parameters: N,
     /// Those of [`Search::free`].
     pub free: Vec<N::Quantity>,
-    /// What each independent part of the recordings of the last stage that was reached says there, by the coordinates of what is free
-    /// ([`Quantity::coordinate`]); losses are in m^2.
-    pub normals: Vec<Normal>,
+    /// What each recording of the last stage that was reached says there, by its independent parts ([`Search::independent`]) and by the
+    /// coordinates of what is free ([`Quantity::coordinate`]); losses are in m^2.
+    pub normals: Vec<Vec<Normal>>,
     /// What is expected of them beside ([`Quantity::prior`]).
     pub expected: Normal,
     /// Whether it was stopped before its end.
@@ -93,46 +93,32 @@ fn searched<S: Specimen>(
     search: &Search<Of<S>>,
     watch: &mut dyn FnMut(&Iteration) -> bool,
 ) -> Result<Fit<S::Numbers>, SpecimenError> {
-    let searches = search.alternatives();
     let last = search.stages.len().saturating_sub(1);
     let mut done = 0;
-    let mut best = Way::begun(recordings, specimens, start, &searches[0])?;
-    best.go(0..last, &mut done, watch)?;
-    for own in &searches[1..] {
-        if best.stopped {
-            break;
-        }
-        let mut way = Way::begun(recordings, specimens, start, own)?;
-        way.go(0..last, &mut done, watch)?;
-        // A list that was not gone through cannot be compared.
-        best.stopped = way.stopped;
-        if !way.stopped && way.loss < best.loss {
-            best = way;
-        }
-    }
+    let mut way = Way::begun(recordings, specimens, start, search)?;
+    way.go(0..last, &mut done, watch)?;
     let with_later;
-    if !best.stopped && !search.later.is_empty() {
-        let free = [best.search.free.as_slice(), &search.later].concat();
-        with_later = Search { free, ..best.search.clone() };
-        best = Way::from(recordings, specimens, &best.numbers(), &with_later);
+    if !way.stopped && !search.later.is_empty() {
+        let free = [search.free.as_slice(), &search.later].concat();
+        with_later = Search { free, ..search.clone() };
+        way = Way::from(recordings, specimens, &way.numbers(), &with_later);
     }
-    if !best.stopped {
-        best.go(last..search.stages.len(), &mut done, watch)?;
+    if !way.stopped {
+        way.go(last..search.stages.len(), &mut done, watch)?;
     }
-    let Some((finer, steps)) = finer.filter(|_| !best.stopped) else { return best.end() };
-    let of_last = Search { steps, ..best.search.clone() };
+    let Some((finer, steps)) = finer.filter(|_| !way.stopped) else { return way.end() };
+    let of_last = Search { steps, ..way.search.clone() };
     let part = Part::new(recordings, finer, &search.stages[last], &of_last, start);
-    best.finish(part, done, watch)
+    way.finish(part, done, watch)
 }
 
-/// The way of a search for one list.
+/// The way of a search.
 struct Way<'a, S: Specimen> {
     parts: Vec<Part<'a, S>>,
     search: &'a Search<Of<S>>,
     least: LeastSquares,
     /// The stage that was reached.
     stage: usize,
-    loss: f64,
     stopped: bool,
 }
 
@@ -158,7 +144,7 @@ impl<'a, S: Specimen> Way<'a, S> {
         least.bounds = search.free.iter().map(|of| of.bounds().map(|bound| of.coordinate(bound))).collect();
         (least.longest, least.tolerance) = (LONGEST, ENOUGH);
         let parts = search.stages.iter().map(of).collect();
-        Self { parts, search, least, stage: 0, loss: f64::INFINITY, stopped: false }
+        Self { parts, search, least, stage: 0, stopped: false }
     }
 
     /// Where it is.
@@ -174,12 +160,13 @@ impl<'a, S: Specimen> Way<'a, S> {
         watch: &mut dyn FnMut(&Iteration) -> bool,
     ) -> Result<(), SpecimenError> {
         for stage in stages {
-            let held = self.parts[self.stage].held().clone();
+            let before = &self.parts[self.stage];
+            let (held, dispersion) = (before.held().clone(), before.dispersion);
             self.stage = stage;
             self.parts[stage].hold(&held);
+            self.parts[stage].dispersion = dispersion;
             // Means over frames need all of them.
             let is_whole = self.search.stages[stage].frames.is_none();
-            self.parts[stage].weigh(&self.least.x)?;
             if is_whole {
                 self.parts[stage].average(&self.least.x)?;
             }
@@ -188,7 +175,6 @@ impl<'a, S: Specimen> Way<'a, S> {
                 if is_whole {
                     self.parts[stage].average(&self.least.x)?;
                 }
-                self.loss = step.loss;
                 let loss = step.loss / step.count as f64;
                 self.stopped = !watch(&Iteration { stage, done: *done + iteration, loss });
                 if self.stopped || step.converged || step.loss >= step.before {
@@ -221,7 +207,7 @@ impl<'a, S: Specimen> Way<'a, S> {
     ) -> Result<Fit<S::Numbers>, SpecimenError> {
         let part = &self.parts[self.stage];
         let runs = part.runs(&self.numbers())?;
-        finer.usual = part.usual;
+        finer.dispersion = part.dispersion;
         finer.hold(part.held());
         finer.average(&self.least.x)?;
         let mut chord = Chord::new(finer, runs);

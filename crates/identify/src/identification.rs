@@ -7,17 +7,19 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use identify::cable::Resolution;
-use identify::confidence::{Known, known};
+use identify::confidence::{Known, known, without_each};
+use identify::conformal::Regions;
 use identify::fit::{Iteration, Of, Search, fit, fit_finer};
 use identify::kind::{Kind, Read};
 use identify::metric::{Errors, mean_change};
 use identify::page::{self, Predicted, Shown};
 use identify::playback::play;
-use identify::predict::{Prediction, predict};
+use identify::predict::{Prediction, predict, predict_each};
 use identify::quantity::Quantity;
 use identify::recording::{Grips, Reading, Recording};
 use identify::result::CableFile;
 use identify::specimen::{Numbers, Specimen};
+use identify::table;
 use report::{Conditions, significant};
 use terminal::{Progress, complain, say};
 
@@ -97,7 +99,7 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
     warnings.iter().try_for_each(|warning| say!("warning: {warning}"))?;
     say!("{}", page::lines(&known))?;
     for (set, outcome) in sets.iter().zip(&outcomes) {
-        tell(&kind, set, outcome)?;
+        tell(&kind, set, outcome, file.regions.as_ref())?;
     }
     let file = CableFile { warnings, ..file };
     let code = write(cli, &kind, &sets, &outcomes, file, &numbers, &known, resolution)?;
@@ -146,7 +148,7 @@ fn check<K: Kind>(file: &CableFile, kind: &K, set: Option<&Set<K::Specimen>>) ->
 
 /// Tells by how much finer predictions of a set are others than what came of it.
 fn change<S: Specimen>(set: &Set<S>, outcome: &Outcome, refined: &str, finer: &[Prediction]) -> Result<()> {
-    let free = set.specimens.first().map_or_else(Vec::new, Specimen::free);
+    let free = free_markers(set);
     let (mut change, mut before, mut after) = (0.0, 0.0, 0.0);
     for ((recording, one), other) in set.recordings.iter().zip(&outcome.predictions).zip(finer) {
         let error = |prediction| Errors::of(recording, &free, prediction).mean(0..recording.count());
@@ -181,12 +183,9 @@ fn search<K: Kind>(
             if search.free.contains(&quantity) {
                 continue;
             }
-            // What something is expected of comes later, whichever list fits better.
-            let lists: Vec<_> = match quantity.prior() {
-                Some(_) => vec![&mut search.later],
-                None => std::iter::once(&mut search.free).chain(&mut search.instead).collect(),
-            };
-            for list in lists.into_iter().filter(|list| !list.contains(&quantity)) {
+            // What something is expected of comes later.
+            let list = if quantity.prior().is_some() { &mut search.later } else { &mut search.free };
+            if !list.contains(&quantity) {
                 list.push(quantity);
                 start[quantity] = quantity.start();
             }
@@ -200,13 +199,10 @@ fn search<K: Kind>(
         let parts = hold.split_once('=').and_then(|(name, value)| Some((name, value.parse().ok()?)));
         let (name, value) = parts.with_context(|| format!("--hold {hold:?}: it must be NAME=VALUE"))?;
         start.set(name, value).map_err(|message| anyhow!("--hold {message}"))?;
-        for list in [&mut search.free, &mut search.later].into_iter().chain(&mut search.instead) {
+        for list in [&mut search.free, &mut search.later] {
             list.retain(|quantity| quantity.to_string() != name);
         }
     }
-    // What is held and free may leave no difference.
-    let Search { free, instead, .. } = &mut search;
-    instead.retain(|list| list.iter().any(|quantity| !free.contains(quantity)));
     if search.free.is_empty() {
         bail!("all parameters are held");
     }
@@ -251,7 +247,7 @@ fn identified<K: Kind>(
         say!("stopped after {done} of {} iterations: these are the best parameters so far", search.iterations())?;
     }
     let known = known(&fit);
-    let units = fit.normals.len();
+    let units = fit.normals.iter().flatten().count();
     if units <= fit.free.len() {
         say!("no intervals: {} parameters need more recordings than {units} for them", fit.free.len())?;
     }
@@ -262,9 +258,20 @@ fn identified<K: Kind>(
     file.recordings = train.recordings.iter().map(|recording| recording.path.display().to_string()).collect();
     (file.stopped, file.seconds) = (fit.stopped, began.elapsed().as_secs_f64());
     say!("searched for {} s", significant(file.seconds, 2))?;
+    // A search that was stopped has not looked at all recordings.
+    if let (false, Some(without)) = (fit.stopped, without_each(&fit)) {
+        let copies: Vec<_> = train.specimens.iter().zip(&without).collect();
+        let predictions = predict_each(&copies, usize::MAX, resolution.steps)?;
+        file.regions = Regions::of(&train.recordings, &free_markers(train), &predictions);
+    }
     // What was searched for is kept, whatever becomes of the predictions.
     file.write(&cli.out.join("result.json"))?;
     Ok((file, fit.parameters, known))
+}
+
+/// The markers that are predicted of the recordings of a set.
+fn free_markers<S: Specimen>(set: &Set<S>) -> Vec<usize> {
+    set.specimens.first().map_or_else(Vec::new, Specimen::free)
 }
 
 /// Predicts a set.
@@ -313,7 +320,7 @@ fn warnings<S: Specimen>(
 }
 
 /// Tells how far off the predictions of a set are.
-fn tell<K: Kind>(kind: &K, set: &Set<K::Specimen>, outcome: &Outcome) -> Result<()> {
+fn tell<K: Kind>(kind: &K, set: &Set<K::Specimen>, outcome: &Outcome, regions: Option<&Regions>) -> Result<()> {
     let Outcome { predictions, errors, unsolved, seconds } = outcome;
     let recorded: f64 = set.recordings.iter().filter_map(|recording| recording.time.last()).sum();
     let speed = significant(recorded / seconds, 2);
@@ -329,6 +336,16 @@ fn tell<K: Kind>(kind: &K, set: &Set<K::Specimen>, outcome: &Outcome) -> Result<
     }
     for (name, error) in kind.errors_over_all(&set.recordings, predictions) {
         say!("  {name}: {}", significant(100.0 * error, 3))?;
+    }
+    if let Some(regions) = regions {
+        let held = regions.held(&set.recordings, &free_markers(set), predictions);
+        let [least, most] = [f64::min as fn(f64, f64) -> f64, f64::max]
+            .map(|end| significant(100.0 * held.tenths.iter().copied().fold(held.all, end), 3));
+        say!(
+            "  {} % of the markers lie in their {} % regions; in tenths of the time {least} to {most} %",
+            significant(100.0 * held.all, 3),
+            100.0 * regions.coverage
+        )?;
     }
     Ok(())
 }
@@ -359,7 +376,7 @@ fn write<K: Kind>(
         }
     }
     file.write(&cli.out.join("result.json"))?;
-    let free = sets.first().and_then(|set| set.specimens.first()).map_or_else(Vec::new, Specimen::free);
+    let free = sets.first().map_or_else(Vec::new, free_markers);
     let shown: Vec<Shown<'_>> = sets
         .iter()
         .zip(outcomes)
@@ -373,7 +390,7 @@ fn write<K: Kind>(
             errors: &outcome.errors,
         })
         .collect();
-    let page = page::write(&cli.out, &file.warnings, known, &shown, &conditions)?;
+    let page = page::write(&cli.out, &file, known, &shown, &conditions)?;
     // What is played and written as a scene is of the last set: that to predict, if there is one.
     if let (Some(set), Some(outcome)) = (sets.last(), outcomes.last()) {
         let mut order: Vec<usize> = (0..outcome.errors.len()).collect();
@@ -385,6 +402,12 @@ fn write<K: Kind>(
             play(&cli.out.join(name), recording, &kind.ways(recording), set.specimens[k].model(numbers)?, steps)?;
         }
         let name = set.recordings[median].name();
+        let tables = cli.out.join("predictions");
+        std::fs::create_dir_all(&tables).with_context(|| format!("cannot create {}", tables.display()))?;
+        for (recording, prediction) in set.recordings.iter().zip(&outcome.predictions) {
+            let path = tables.join(format!("{}.csv", recording.name()));
+            table::write(&path, recording, &free, prediction, file.regions.as_ref())?;
+        }
         let scene = kind.scene(&cli.out.join("scene"), &set.specimens[median], &name, numbers, steps)?;
         say!("scene of {name}: {}", scene.display())?;
     }

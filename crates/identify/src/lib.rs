@@ -12,6 +12,7 @@
 pub mod branched;
 pub mod cable;
 pub mod confidence;
+pub mod conformal;
 pub mod fit;
 pub mod hanging;
 pub mod kind;
@@ -29,3 +30,4 @@ pub mod scene;
 pub mod simulated;
 pub mod specimen;
 pub mod spline;
+pub mod table;

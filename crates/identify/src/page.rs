@@ -13,6 +13,7 @@ use crate::metric::mean_error;
 use crate::predict::Prediction;
 use crate::quantity::Quantity;
 use crate::recording::Recording;
+use crate::result::CableFile;
 
 /// Recordings with their predictions.
 pub struct Predicted<'a> {
@@ -89,13 +90,13 @@ pub struct Shown<'a> {
     pub errors: &'a [Vec<(String, f64)>],
 }
 
-/// Writes `folder/index.html` with its tables and figures, `warnings` first.
+/// Writes `folder/index.html` with the tables and figures of a `result`, its warnings first.
 ///
 /// # Errors
 /// If the system refuses.
 pub fn write<Q: Quantity>(
     folder: &Path,
-    warnings: &[String],
+    result: &CableFile,
     known: &[Known<Q>],
     sets: &[Shown<'_>],
     conditions: &Conditions,
@@ -162,9 +163,29 @@ pub fn write<Q: Quantity>(
             conditions: conditions.clone(),
         })
     };
+    let regions = result.regions.as_ref().map(|regions| {
+        let held = |Shown { predicted, .. }: &Shown<'_>| {
+            let held = regions.held(predicted.recordings, predicted.free, predicted.predictions);
+            let place = |k: usize| (k as f64 + 0.5) / 10.0 * held.longest;
+            let curve = held.tenths.iter().enumerate().map(|(k, share)| (place(k), 100.0 * share));
+            Series { markers: false, ..Series::new(predicted.name, curve) }
+        };
+        let chart = LineChart {
+            x: Axis::linear("time [s]"),
+            y: Axis { range: Some([0.0, 100.0]), ..Axis::linear("markers in their regions [%]") },
+            series: sets.iter().map(held).collect(),
+            ..LineChart::default()
+        };
+        let caption = format!(
+            "Share of the recorded markers that lie in the balls about the predicted ones that should hold {} % of them. Radii are those of \
+             recordings that were left out of the fit one by one; `predictions/` has them.",
+            100.0 * regions.coverage
+        );
+        figure("regions", "Regions that hold", &caption, chart)
+    });
     let over_time = chart("time [s]", &|set| set.over_time());
     let by_marker = chart("marker", &|set| set.by_marker());
-    let doubts = warnings.iter().map(|warning| format!("**Warning: {warning}.**"));
+    let doubts = result.warnings.iter().map(|warning| format!("**Warning: {warning}.**"));
     let lead = [
             "A prediction is one run from the first frame on: of a recording it knows the first two frames and how the grips \
              move, nothing else. Markers tell ratios to the mass alone, so that stiffness stands over mass per length."
@@ -180,7 +201,7 @@ pub fn write<Q: Quantity>(
             Section {
                 id: "predictions".into(),
                 title: "Predictions".into(),
-                blocks: vec![
+                blocks: [
                     figure("time", "Over time", "Mean over recordings and free markers.", over_time),
                     figure(
                         "markers",
@@ -189,7 +210,10 @@ pub fn write<Q: Quantity>(
                         by_marker,
                     ),
                     Block::Table(errors),
-                ],
+                ]
+                .into_iter()
+                .chain(regions)
+                .collect(),
             },
         ],
     };

@@ -93,23 +93,9 @@ impl fmt::Display for Parameter {
 }
 
 impl Parameter {
-    /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell, a curvature
-    /// that differs along the cable, and what round cables that were made straight do not have.
-    pub const DEFAULT: [Self; 10] = [
-        Self::Bending,
-        Self::Twist,
-        Self::InnerDamping,
-        Self::OuterDamping,
-        Self::Curvature1,
-        Self::Curvature2,
-        Self::TiltX,
-        Self::TiltY,
-        Self::Grip,
-        Self::Roll,
-    ];
-    /// What is searched for instead where it fits better, as many: a curvature that is other half-way than at the ends, in the place of a
-    /// tilt of the vertical, which is hardly one where it is large.
-    pub const INSTEAD: [Self; 10] = [
+    /// What is searched for unless more is asked for: all but the drags, which fast motion in the air alone can tell, and what round
+    /// cables that were made straight do not have.
+    pub const DEFAULT: [Self; 12] = [
         Self::Bending,
         Self::Twist,
         Self::InnerDamping,
@@ -118,6 +104,8 @@ impl Parameter {
         Self::Curvature2,
         Self::Bow1,
         Self::Bow2,
+        Self::TiltX,
+        Self::TiltY,
         Self::Grip,
         Self::Roll,
     ];
@@ -185,7 +173,14 @@ impl Quantity for Parameter {
     }
 
     fn prior(self) -> Option<f64> {
-        matches!(self, Self::Local { .. }).then_some(1.0)
+        match self {
+            // Solid rods have 0.65 to 0.77.
+            Self::Twist => Some(1.0),
+            Self::OuterDamping | Self::Grip => Some(2.0),
+            Self::Curvature1 | Self::Curvature2 | Self::Bow1 | Self::Bow2 => Some(3.0),
+            Self::TiltX | Self::TiltY | Self::Local { .. } => Some(1.0),
+            _ => None,
+        }
     }
 }
 
@@ -218,6 +213,8 @@ impl IndexMut<Parameter> for Parameters {
 
 /// Bending stiffnesses [m^4/s^2] from which a search may begin.
 pub(crate) const BEGINNINGS: [f64; 4] = [0.005, 0.02, 0.08, 0.3];
+/// Compliances of the grips [m] from which it may begin: in rigid grips no derivative leads to soft ones.
+const GRIPS: [f64; 2] = [0.01, 0.1];
 
 impl Numbers for Parameters {
     type Quantity = Parameter;
@@ -231,11 +228,13 @@ impl Numbers for Parameters {
     }
 
     fn beginnings(&self) -> Vec<Self> {
-        let with = |&bending: &f64| {
+        let with = |bending: f64, grip: f64| {
             let mut parameters = *self;
             parameters[Parameter::Bending] = bending;
+            parameters[Parameter::Grip] = grip;
             parameters
         };
-        std::iter::once(*self).chain(BEGINNINGS.iter().map(with)).collect()
+        let all = BEGINNINGS.iter().flat_map(|&bending| GRIPS.map(|grip| with(bending, grip)));
+        std::iter::once(*self).chain(all).collect()
     }
 }

@@ -52,7 +52,7 @@ pub fn predict<S: Specimen>(
 }
 
 /// The same, each specimen with numbers of its own; those that stand beside each other and are alike move together.
-pub(crate) fn predict_each<S: Specimen>(
+pub fn predict_each<S: Specimen>(
     copies: &[(&S, &S::Numbers)],
     frames: usize,
     steps: usize,

@@ -49,7 +49,7 @@ pub trait Quantity: Copy + PartialEq + Display + Send + Sync {
         false
     }
 
-    /// How far from 0 its coordinate is expected, if anything is: a search takes that as one more recording that says so.
+    /// The standard deviation of a normal prior of its coordinate about that of its start, if there is one.
     fn prior(self) -> Option<f64> {
         None
     }

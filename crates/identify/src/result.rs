@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cable::Resolution;
 use crate::confidence::Known;
+use crate::conformal::Regions;
 use crate::fit::{Search, Stage};
 use crate::parameter::Parameters;
 use crate::quantity::Quantity;
@@ -53,6 +54,9 @@ pub struct CableFile {
     pub stopped: bool,
     /// Time of the search [s].
     pub seconds: f64,
+    /// Regions about predictions; none where the recordings were too few, or the search was stopped.
+    #[serde(default)]
+    pub regions: Option<Regions>,
     /// Errors of recordings [m] by their names, of those to fit and of those to predict.
     pub errors_m: BTreeMap<String, BTreeMap<String, f64>>,
 }
@@ -98,6 +102,7 @@ impl CableFile {
             grips: reading.grips.to_string(),
             stopped: false,
             seconds: 0.0,
+            regions: None,
             errors_m: BTreeMap::new(),
         }
     }

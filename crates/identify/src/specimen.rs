@@ -88,8 +88,8 @@ pub trait Specimen: Clone + Send + Sync {
     /// If there is no state to begin with.
     fn model(&self, numbers: &Self::Numbers) -> Result<(Model, State), SpecimenError>;
 
-    /// The numbers with those changed that are not searched for but follow from runs of recordings with these, if there are such. `usual`: the
-    /// loss of a recording in the mean [m^2], for what is expected of them ([`Quantity::prior`]).
+    /// The numbers with those changed that are not searched for but follow from runs of recordings with these, if there are such. `dispersion`: that
+    /// of the loss [m^2], for what is expected of them ([`Quantity::prior`]).
     ///
     /// # Errors
     /// If a model is not valid.
@@ -98,7 +98,7 @@ pub trait Specimen: Clone + Send + Sync {
         _recordings: &[&Recording],
         _numbers: &Self::Numbers,
         _steps: usize,
-        _usual: f64,
+        _dispersion: f64,
     ) -> Result<Option<Self::Numbers>, SpecimenError> {
         Ok(None)
     }

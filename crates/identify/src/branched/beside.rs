@@ -20,7 +20,7 @@ pub(super) fn averaged(
     recordings: &[&Recording],
     numbers: &Numbers,
     steps: usize,
-    usual: f64,
+    dispersion: f64,
 ) -> Result<Numbers, SpecimenError> {
     let pairs: Vec<(&BranchedCable, &Recording)> = specimens.iter().zip(recordings.iter().copied()).collect();
     let in_time =
@@ -35,8 +35,8 @@ pub(super) fn averaged(
         for axis in 0..3 {
             let number = Number::Beside { axis, marker };
             let middle = median(means.iter().map(|own| own[k][axis]).collect());
-            // What is expected weighs as one more recording, beside a square of each frame.
-            let expected = number.prior().map_or(0.0, |spread| usual / (spread * spread));
+            // What is expected, beside a square of each frame.
+            let expected = number.prior().map_or(0.0, |spread| dispersion / (spread * spread));
             let nearer = middle * frames as f64 / (frames as f64 + expected);
             numbers[number] = if nearer.is_finite() { number.value(number.coordinate(nearer)) } else { 0.0 };
         }

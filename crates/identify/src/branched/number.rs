@@ -99,7 +99,7 @@ impl Quantity for Number {
     fn prior(self) -> Option<f64> {
         match self {
             Self::Parent(Parameter::Roll) => Some(0.5),
-            Self::Parent(parameter) => parameter.prior(),
+            Self::Parent(_) => None,
             Self::BranchBending(_) => Some(1.0),
             Self::BranchMass(_) => Some(0.5),
             Self::Side(_) => Some(0.5),

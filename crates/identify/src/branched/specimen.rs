@@ -34,8 +34,8 @@ impl Specimen for BranchedCable {
         recordings: &[&Recording],
         numbers: &Numbers,
         steps: usize,
-        usual: f64,
+        dispersion: f64,
     ) -> Result<Option<Numbers>, SpecimenError> {
-        averaged(specimens, recordings, numbers, steps, usual).map(Some)
+        averaged(specimens, recordings, numbers, steps, dispersion).map(Some)
     }
 }

@@ -37,8 +37,9 @@ pub(super) struct Part<'a, S: Specimen> {
     search: &'a Search<Of<S>>,
     /// The values of what is not searched for.
     held: S::Numbers,
-    /// What a recording's loss is in the mean, for what is expected of numbers ([`Quantity::prior`]).
-    pub(super) usual: f64,
+    /// The dispersion of the loss over recordings where it was last linearised [m^2], for what is expected of numbers
+    /// ([`Quantity::prior`]).
+    pub(super) dispersion: f64,
 }
 
 impl<'a, S: Specimen> Part<'a, S> {
@@ -59,7 +60,7 @@ impl<'a, S: Specimen> Part<'a, S> {
             frames: stage.frames.unwrap_or(usize::MAX),
             search,
             held: held.clone(),
-            usual: 0.0,
+            dispersion: 0.0,
         }
     }
 
@@ -73,7 +74,7 @@ impl<'a, S: Specimen> Part<'a, S> {
     /// Changes what is held and follows from runs with the numbers of these coordinates.
     pub(super) fn average(&mut self, x: &DVector<f64>) -> Result<(), SpecimenError> {
         let Search { steps, .. } = *self.search;
-        if let Some(held) = S::averaged(&self.specimens, &self.recordings, &self.numbers(x), steps, self.usual)? {
+        if let Some(held) = S::averaged(&self.specimens, &self.recordings, &self.numbers(x), steps, self.dispersion)? {
             self.held = held;
         }
         Ok(())
@@ -89,22 +90,15 @@ impl<'a, S: Specimen> Part<'a, S> {
         self.held = held.clone();
     }
 
-    /// Notes what a recording's loss is, where it matters.
-    pub(super) fn weigh(&mut self, x: &DVector<f64>) -> Result<(), SpecimenError> {
-        if self.search.free.iter().any(|of| of.prior().is_some()) {
-            self.usual = self.loss_of(&self.numbers(x))? / self.recordings.len() as f64;
-        }
-        Ok(())
-    }
-
-    /// What is expected of the numbers, as one more recording would say it.
+    /// What is expected of the numbers: a normal prior, beside a loss that disperses as it does.
     pub(super) fn expected(&self, x: &DVector<f64>) -> Normal {
         let mut normal = Normal::zero(x.len());
         for (k, of) in self.search.free.iter().enumerate() {
             let Some(spread) = of.prior() else { continue };
-            let weight = self.usual / (spread * spread);
-            normal.loss += 0.5 * weight * x[k] * x[k];
-            normal.gradient[k] = weight * x[k];
+            let weight = self.dispersion / (spread * spread);
+            let off = x[k] - of.coordinate(of.start());
+            normal.loss += 0.5 * weight * off * off;
+            normal.gradient[k] = weight * off;
             normal.matrix[(k, k)] = weight;
         }
         normal
@@ -168,13 +162,13 @@ impl<'a, S: Specimen> Part<'a, S> {
         Ok(Runs { of, differences })
     }
 
-    /// What each independent part of the recordings says of `predictions`, with derivatives by the differences of `runs`.
+    /// What the independent parts of each recording say of `predictions`, with derivatives by the differences of `runs`.
     pub(super) fn linearised<'p>(
         &self,
         predictions: impl IntoIterator<Item = &'p Prediction>,
         runs: &Runs,
-    ) -> Vec<Normal> {
-        predictions.into_iter().enumerate().flat_map(|(k, own)| self.normals(k, own, runs)).collect()
+    ) -> Vec<Vec<Normal>> {
+        predictions.into_iter().enumerate().map(|(k, own)| self.normals(k, own, runs)).collect()
     }
 
     /// What the independent parts of a recording tell of its prediction.
@@ -221,7 +215,9 @@ impl<S: Specimen> Residuals for Part<'_, S> {
 
     fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SpecimenError> {
         let runs = self.runs(&self.numbers(x))?;
-        Ok(self.linearised(runs.here(), &runs).iter().chain([&self.expected(x)]).sum())
+        let normals = self.linearised(runs.here(), &runs);
+        self.dispersion = dispersion(&normals);
+        Ok(normals.iter().flatten().chain([&self.expected(x)]).sum())
     }
 }
 
@@ -244,8 +240,8 @@ impl<'a, S: Specimen> Chord<'a, S> {
         self.finer.numbers(x)
     }
 
-    /// What each independent part of the recordings says, and what is expected.
-    pub(super) fn said(&self, x: &DVector<f64>) -> Result<(Vec<Normal>, Normal), SpecimenError> {
+    /// What the independent parts of each recording say, and what is expected.
+    pub(super) fn said(&self, x: &DVector<f64>) -> Result<(Vec<Vec<Normal>>, Normal), SpecimenError> {
         let known = self.lowest.as_ref().filter(|(place, ..)| place == x).map(|(.., predictions)| predictions);
         let normals = match known {
             Some(predictions) => self.finer.linearised(predictions, &self.runs),
@@ -269,8 +265,22 @@ impl<S: Specimen> Residuals for Chord<'_, S> {
 
     fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SpecimenError> {
         let (normals, expected) = self.said(x)?;
-        Ok(normals.iter().chain([&expected]).sum())
+        Ok(normals.iter().flatten().chain([&expected]).sum())
     }
+}
+
+/// The dispersion of the loss over recordings [m^2]: by how much their gradients scatter over their curvatures, in the mean over the numbers. It is
+/// the variance of a residual where all are independent, and as much more as they are alike (quasi-likelihood; Wedderburn, Biometrika 61, 1974).
+fn dispersion(normals: &[Vec<Normal>]) -> f64 {
+    let recordings: Vec<Normal> = normals.iter().map(|parts| parts.iter().sum()).collect();
+    let count = recordings.first().map_or(0, |normal| normal.gradient.len());
+    let of = |k: usize| {
+        let squares: f64 = recordings.iter().map(|own| own.gradient[k] * own.gradient[k]).sum();
+        let curvature: f64 = recordings.iter().map(|own| own.matrix[(k, k)]).sum();
+        squares / curvature
+    };
+    let known: Vec<f64> = (0..count).map(of).filter(|ratio| ratio.is_finite()).collect();
+    known.iter().sum::<f64>() / known.len().max(1) as f64
 }
 
 /// By how much a coordinate is changed for derivatives: back where forth would leave its bounds.

@@ -14,8 +14,6 @@ pub type Of<S> = <<S as Specimen>::Numbers as Numbers>::Quantity;
 pub struct Search<Q> {
     /// What is searched for; all else is held where the search begins.
     pub free: Vec<Q>,
-    /// Other lists of what may be searched for. All go through all stages but the last, and the one goes on whose loss is least by then.
-    pub instead: Vec<Vec<Q>>,
     /// What is searched for beside it from the last stage on.
     pub later: Vec<Q>,
     /// What is looked at, one after the other: little first, which leads to the basin.
@@ -53,37 +51,20 @@ impl Default for Search<Parameter> {
         let stages = vec![
             Stage { frames: Some(100), every: 4, iterations: 12 },
             Stage { frames: None, every: 4, iterations: 10 },
-            Stage { frames: None, every: 1, iterations: 3 },
+            Stage { frames: None, every: 1, iterations: 12 },
         ];
-        let of = Self::of(Parameter::DEFAULT.to_vec(), stages);
-        Self { instead: vec![Parameter::INSTEAD.to_vec()], finer: 2, ..of }
+        Self { finer: 2, ..Self::of(Parameter::DEFAULT.to_vec(), stages) }
     }
 }
 
 impl<Q: Quantity> Search<Q> {
-    /// A search for some quantities, without any other list, and without an end with a finer simulation.
+    /// A search for some quantities, without an end with a finer simulation.
     pub fn of(free: Vec<Q>, stages: Vec<Stage>) -> Self {
-        Self {
-            free,
-            instead: Vec::new(),
-            later: Vec::new(),
-            stages,
-            huber: 5e-3,
-            steps: 1,
-            finer: 0,
-            independent: f64::INFINITY,
-        }
+        Self { free, later: Vec::new(), stages, huber: 5e-3, steps: 1, finer: 0, independent: f64::INFINITY }
     }
 
-    /// Most iterations: of all lists, of whose stages the last is gone through once, and of the end.
+    /// Most iterations: of all stages, and of the end.
     pub fn iterations(&self) -> usize {
-        let all: usize = self.stages.iter().map(|stage| stage.iterations).sum();
-        self.finer + all + self.instead.len() * (all - self.stages.last().map_or(0, |stage| stage.iterations))
-    }
-
-    /// A search for each list.
-    pub(super) fn alternatives(&self) -> Vec<Self> {
-        let of = |free: &Vec<Q>| Self { free: free.clone(), instead: Vec::new(), ..self.clone() };
-        std::iter::once(&self.free).chain(&self.instead).map(of).collect()
+        self.finer + self.stages.iter().map(|stage| stage.iterations).sum::<usize>()
     }
 }

@@ -205,13 +205,12 @@ fn sections_with_sides_and_a_twist_at_rest_are_identified() {
     }
 }
 
+/// A tilt of the vertical and a curvature that is other half-way bend a cable alike; both are searched for, and the one that is there is found.
 #[test]
-fn the_list_of_numbers_that_fits_better_is_taken() {
-    let common = [Parameter::Bending, Parameter::Curvature1];
-    let lists = [Parameter::TiltX, Parameter::Bow1].map(|own| [&common[..], &[own]].concat());
-    let stages = vec![Stage::of_all(40, 6), Stage::of_all(40, 4)];
-    let search = Search { instead: vec![lists[1].clone()], ..Search::of(lists[0].clone(), stages) };
-    for (list, own, value) in [(0, Parameter::TiltX, 0.1), (1, Parameter::Bow1, -2.0)] {
+fn a_tilt_and_a_bow_are_told_apart() {
+    let free = vec![Parameter::Bending, Parameter::Curvature1, Parameter::TiltX, Parameter::Bow1];
+    let search = Search::of(free, vec![Stage::of_all(40, 6), Stage::of_all(40, 4)]);
+    for (own, value, other) in [(Parameter::TiltX, 0.04, Parameter::Bow1), (Parameter::Bow1, -2.0, Parameter::TiltX)] {
         let mut truth = Parameters::default();
         truth[own] = value;
         let recordings = recorded(&truth, 8, 40, 1e-3);
@@ -221,10 +220,8 @@ fn the_list_of_numbers_that_fits_better_is_taken() {
             true
         });
         let fit = fit.unwrap();
-        assert_eq!(fit.free, lists[list]);
         assert!((fit.parameters[own] / value - 1.0).abs() < 0.1, "{own}: {}", fit.parameters[own]);
-        let other = [Parameter::Bow1, Parameter::TiltX][list];
-        assert_eq!(fit.parameters[other], 0.0);
+        assert!(other.coordinate(fit.parameters[other]).abs() < 0.1, "{other}: {}", fit.parameters[other]);
         assert!(done.is_sorted() && done.iter().all(|&done| done <= search.iterations()), "{done:?}");
     }
 }

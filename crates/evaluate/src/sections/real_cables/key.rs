@@ -25,6 +25,10 @@ pub(crate) enum Method {
     Size { kind: Kind, shape: Shape, seed: u64 },
     /// Identified and corrected on half of the recordings, by kinds of motion, and predicted on the other half.
     OtherMotions,
+    /// Identified and corrected on the slower half of the recordings, and predicted on the faster half.
+    FasterMotions,
+    /// Identified and corrected on so many of the recordings, evenly chosen.
+    Fewer(usize),
     /// The grips' ways to and fro, so many times.
     ToAndFro(usize),
 }

@@ -15,7 +15,7 @@ use correction::network::Shape;
 use correction::training::{Plan, Trained, train};
 use identify::cable::{Cable, Resolution};
 use identify::fit::{Search, Stage, fit_finer};
-use identify::motions::{halves, kinds};
+use identify::motions::{Way, faster, halves, kinds};
 use identify::page::Predicted;
 use identify::parameter::{Parameter, Parameters};
 use identify::predict::{Prediction, predict};
@@ -54,7 +54,10 @@ const HIDDEN: usize = 4;
 /// Kinds of motion that recordings are sorted into.
 const KINDS: usize = 8;
 
-const METHODS: [Method; 15] = [
+/// Numbers of recordings to learn from that are compared.
+pub(super) const FEWER: [usize; 6] = [1, 2, 5, 10, 30, 56];
+
+const METHODS: [Method; 22] = [
     Method::Blend,
     Method::Identified,
     Method::Refined(4, 1),
@@ -69,6 +72,13 @@ const METHODS: [Method; 15] = [
     Method::WithoutPhysics(Kind::Perceptron),
     Method::WithoutPhysics(Kind::Recurrent),
     Method::OtherMotions,
+    Method::FasterMotions,
+    Method::Fewer(FEWER[0]),
+    Method::Fewer(FEWER[1]),
+    Method::Fewer(FEWER[2]),
+    Method::Fewer(FEWER[3]),
+    Method::Fewer(FEWER[4]),
+    Method::Fewer(FEWER[5]),
     Method::Inside { moments: false },
     Method::Inside { moments: true },
 ];
@@ -135,6 +145,8 @@ impl Section for RealCables {
             Method::Corrected(_) | Method::WithoutPhysics(Kind::Perceptron) => 60.0,
             Method::By(_) | Method::WithoutPhysics(_) => 200.0,
             Method::OtherMotions => 130.0,
+            Method::FasterMotions => 65.0,
+            Method::Fewer(count) => 2.0 * count as f64,
             Method::ToAndFro(times) => times as f64,
             Method::Inside { .. } => 200.0,
             Method::Size { .. } => 60.0,
@@ -290,7 +302,14 @@ impl Known {
                 let parameters = vec![("parameters".to_owned(), count)];
                 Ok(Some(Measured { errors, recordings: counts, seconds, parameters }))
             }
-            Method::OtherMotions => self.other_motions(go_on),
+            Method::OtherMotions => {
+                let ways: Vec<Way> = self.train.iter().map(Way::of).collect();
+                let second = halves(&kinds(&ways, KINDS));
+                let first = second.iter().map(|second| !second).collect();
+                self.half_from_half(&[second, first], go_on)
+            }
+            Method::FasterMotions => self.half_from_half(&[faster(&self.train)], go_on),
+            Method::Fewer(count) => self.fewer(count, go_on),
             Method::ToAndFro(times) => self.forth_and_back(times, go_on),
         }
     }
@@ -348,28 +367,56 @@ impl Known {
         Ok(Some(Measured { errors, recordings, seconds, parameters: Vec::new() }))
     }
 
-    /// Each half of the recordings predicted by what the other half says.
-    fn other_motions(&self, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Measured>> {
+    /// Parts of the recordings to learn from, each predicted by what the other recordings say.
+    fn half_from_half(&self, parts: &[Vec<bool>], go_on: &mut dyn FnMut() -> bool) -> Result<Option<Measured>> {
         let began = std::time::Instant::now();
-        let second = halves(&kinds(&self.train, KINDS));
-        let half = |which: bool| -> Vec<Recording> {
-            let own = self.train.iter().zip(&second).filter(|(_, second)| **second == which);
-            own.map(|(recording, _)| recording.clone()).collect()
-        };
         let mut out = Vec::new();
-        let mut count = 0;
-        for which in [false, true] {
-            let (own, other) = (half(which), half(!which));
+        let (mut count, mut corrections) = (0, [0; 2]);
+        for is_predicted in parts {
+            let half = |which: bool| -> Vec<Recording> {
+                let own = self.train.iter().zip(is_predicted).filter(|(_, own)| **own == which);
+                own.map(|(recording, _)| recording.clone()).collect()
+            };
+            let (own, other) = (half(false), half(true));
             let Some(parameters) = identified(&own, go_on)? else { return Ok(None) };
             let plan = plan(Guess::Physics, Kind::Perceptron, 1);
             let Some(correction) = learned(&films(&own, Some(&parameters))?, &plan, go_on)? else { return Ok(None) };
             let films = films(&other, Some(&parameters))?;
             out.push(errors("identified", &other, &uncorrected(&films)));
             out.push(errors("corrected", &other, &corrected(&films, &correction)));
+            // As the program predicts: without the correction where it does not apply.
+            let applies = |film: &Film| correction.applicability.worth(&film.way()).applies;
+            let shipped = |(_, film): &(Recording, Film)| match applies(film) {
+                true => film.corrected(&correction.add(film)),
+                false => film.uncorrected(),
+            };
+            out.push(errors("shipped", &other, &films.iter().map(shipped).collect::<Vec<_>>()));
+            corrections[0] += films.iter().filter(|(_, film)| applies(film)).count();
+            corrections[1] += films.len();
             count = count.max(own.len());
         }
         let seconds = began.elapsed().as_secs_f64();
         let recordings = [count, self.train.len() - count];
+        let parameters = vec![("applies".to_owned(), corrections[0] as f64 / corrections[1] as f64)];
+        Ok(Some(Measured { errors: out, recordings, seconds, parameters }))
+    }
+
+    /// What so many of the recordings say of those to predict.
+    fn fewer(&self, count: usize, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Measured>> {
+        let began = std::time::Instant::now();
+        let all = self.train.len();
+        let count = count.min(all);
+        let own: Vec<Recording> = (0..count).map(|k| self.train[k * all / count].clone()).collect();
+        let Some(parameters) = identified(&own, go_on)? else { return Ok(None) };
+        let eval = films(&self.eval, Some(&parameters))?;
+        let mut out = vec![errors("identified", &self.eval, &uncorrected(&eval))];
+        let Some(correction) =
+            learned(&films(&own, Some(&parameters))?, &plan(Guess::Physics, Kind::Perceptron, 1), go_on)?
+        else {
+            return Ok(None);
+        };
+        out.push(errors("corrected", &self.eval, &corrected(&eval, &correction)));
+        let (seconds, recordings) = (began.elapsed().as_secs_f64(), [count, self.eval.len()]);
         Ok(Some(Measured { errors: out, recordings, seconds, parameters: Vec::new() }))
     }
 
