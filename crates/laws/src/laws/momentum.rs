@@ -105,9 +105,10 @@ pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
     let model = step.model;
     let decay = (-model.damping.linear * step.dt).exp();
     let is_bdf2 = !step.is_euler() && !alone;
-    // Impacts restart it.
+    // Impacts restart it, in the sets that they reach alone: of an impulse between two sets in the steps before, one that begins anew counts another share than one
+    // that goes on.
     let may_restart = !model.contacts.is_empty() || !model.sliding_joints.is_empty();
-    if is_bdf2 && (step.earlier.is_none() || model.damping.linear > 0.0 || may_restart) {
+    if !step.is_euler() && may_restart || is_bdf2 && (step.earlier.is_none() || model.damping.linear > 0.0) {
         return;
     }
     let mut change = [Vector3::zeros(); 2];
