@@ -10,14 +10,11 @@ use cosserat::simulation::{Status, StepParams, Touched};
 use cosserat::state::{Body, Freedom, InelasticJoint, Joint, JointForce, Model, Pose, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::law::{Law, ROUNDING, Violation};
+use crate::law::{EPSILON, Law, ROUNDING, Violation};
 use crate::step::Step;
 
 /// The largest turn of a segment in a step for which expansions to second order hold [rad].
 const MOST_TURN: f64 = 0.5;
-
-/// Rounding of positions, relative, and of angles [rad].
-const EPSILON: f64 = 4.0 * f64::EPSILON;
 
 /// Energy over the steps so far.
 #[derive(Default)]

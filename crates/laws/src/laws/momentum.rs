@@ -13,13 +13,11 @@ use cosserat::simulation::{ContactForce, StepParams, Touched};
 use cosserat::state::{Body, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::law::{Law, Violation};
+use crate::law::{EPSILON, Law, Violation};
 use crate::step::Step;
 
 /// Rounding of sums of what may cancel.
 const ROUNDING: f64 = 1e-10;
-/// Rounding of a position, relative to its size.
-const EPSILON: f64 = 4.0 * f64::EPSILON;
 
 /// Forces from outside on a segment: force [N], and place at which it acts [m] with a moment about it [N m].
 struct Outside {
