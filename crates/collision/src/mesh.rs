@@ -210,6 +210,12 @@ impl TriangleMesh {
         winding > 0
     }
 
+    /// Whether what was at a place, off the surface, and is at this height above a face now [m] may be on that side of the face without passing
+    /// through any: of a closed surface the outer side, unless it was inside.
+    pub fn is_outside(&self, place: &Vector3<f64>, height: f64) -> bool {
+        !self.closed || (height > 0.0) != self.encloses(place)
+    }
+
     /// Distance of a place from the surface [m].
     pub fn distance(&self, place: &Vector3<f64>) -> f64 {
         self.face_tree.nearest(place, |k| (self.faces[k as usize].nearest(place) - place).norm())

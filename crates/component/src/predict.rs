@@ -102,6 +102,10 @@ impl<T: Real> Component<T> {
         if !self.rigid.is_empty() {
             self.turn_rigid(last_half, decay[1]);
         }
+        // Open grips begin where their faces are, whether they have been looked at between steps or not.
+        if !self.released.is_empty() {
+            self.follow_faces();
+        }
         for i in self.segments..self.poses.len() {
             self.predicted[i] = self.poses[i];
             self.start[i] = self.poses[i];

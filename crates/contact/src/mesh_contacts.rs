@@ -54,11 +54,18 @@ impl Contact {
     /// Evaluates the contact of one end, 0 or 1, with a face.
     pub(super) fn with_face(&mut self, own: &Side, mesh: &Carrier<'_>, face: &Face, end: usize) {
         let (from, to) = (mesh.to_mesh(0, own.ends_before[end]), mesh.to_mesh(1, own.ends[end]));
-        let before = face.height(&from);
-        let side = if before < 0.0 { -1.0 } else { 1.0 };
-        let (before, height) = (side * before, side * face.height(&to));
-        // Where it has come through, it counts where.
-        let place = if height < 0.0 { from + (to - from) * (before / (before - height)) } else { to };
+        let heights = [&from, &to].map(|place| face.height(place));
+        let mut side = if heights[0] < 0.0 { -1.0 } else { 1.0 };
+        let mut place = to;
+        if side * heights[1] < 0.0 {
+            // Where it has come through, it counts where.
+            place = from + (to - from) * (heights[0] / (heights[0] - heights[1]));
+            if !face.holds(&place, BESIDE * own.radius) && mesh.mesh.is_outside(&from, heights[1]) {
+                // It came around the face, and touches its other side.
+                (side, place) = (-side, to);
+            }
+        }
+        let height = side * heights[1];
         self.is_duplicate = !face.holds(&place, BESIDE * own.radius);
         let (mut normal, mut gap) = (face.normal * side, height - own.radius);
         if self.is_duplicate {

@@ -6,6 +6,8 @@ use names::names;
 
 /// Rounding of sums of forces or of energies, relative.
 pub(crate) const ROUNDING: f64 = 1e-9;
+/// Rounding of positions, relative to their size, and of angles [rad].
+pub(crate) const EPSILON: f64 = 4.0 * f64::EPSILON;
 
 /// What must hold in every run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -4,7 +4,7 @@ use component::BodyPose;
 use kernels::math::Quat;
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use rod::Friction;
+use rod::{BodyShape, Friction};
 
 use super::super::motion_bound::MotionBound;
 use super::*;
@@ -364,4 +364,36 @@ fn an_impulse_turns_with_its_normal() {
     (contact.impulse, contact.normal) = (impulse, -before);
     contact.turn_impulse(before);
     assert_eq!(contact.impulse, impulse);
+}
+
+/// The gap of an end that goes from one place to another with the side of a box of 2 m at x = 1, where it touches that.
+fn gap_with_side(from: [f64; 3], to: [f64; 3]) -> Option<f64> {
+    let mesh = BodyShape::Box { sides: Vector3::repeat(2.0) }.mesh();
+    let parts = TriangleMesh::new(&mesh.positions, &mesh.triangles);
+    let here = BodyPose { x: Vec3::zero(), q: Quat::identity() };
+    let carrier = Carrier { mesh: &parts, frames: [here; 2], body: None };
+    let [start, now] = [from, to].map(|end| pose(Vector3::from(end) + Vector3::z(), Vector3::z(), 0.0));
+    let own = moving(start, now, 1.0, 0.2);
+    let side = parts.faces().iter().enumerate().filter(|(_, face)| face.normal.x > 0.9);
+    let gaps = side.filter_map(|(k, face)| {
+        let key = (0, Partner::Face(0, k as u32), Feature::Own(0));
+        let mut contact = Contact::new(key, Friction::default(), 0.2);
+        contact.with_face(&own, &carrier, face, 0);
+        (!contact.is_duplicate).then(|| {
+            assert_near(contact.normal, [1.0, 0.0, 0.0]);
+            contact.gap
+        })
+    });
+    gaps.reduce(f64::min)
+}
+
+#[test]
+fn an_end_that_comes_around_an_edge_touches_the_side_where_it_is() {
+    // From above the top, on the inner side of the plane x = 1, which it passes above the edge.
+    let around = gap_with_side([0.95, 0.3, 1.3], [1.1, 0.3, 0.9]).unwrap();
+    assert!((around - (0.1 - 0.2)).abs() < 1e-12, "{around}");
+    // Through the side itself, where it counts as not yet through, and from beside it through the top, which is not the side's matter.
+    let through = gap_with_side([1.1, 0.3, 0.5], [0.9, 0.3, 0.5]).unwrap();
+    assert!((through - (-0.1 - 0.2)).abs() < 1e-12, "{through}");
+    assert_eq!(gap_with_side([1.1, 0.3, 1.3], [0.9, 0.3, 0.8]), None);
 }

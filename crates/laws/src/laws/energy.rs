@@ -2,14 +2,15 @@
 //!
 //! Work is that of gravity and loads, of what is held on its way, of obstacles that move, and at most that of the wind. Implicit
 //! Euler takes energy from whatever is convex; what it may give beside is of second order in the step's turns, `(F r + M)
-//! turn^2` of each joint, and of the tolerances. What is stored in joints that yield little is that of their forces: their
+//! turn^2` of each joint, and of the tolerances. M is what the strain asks for, `K kappa`, and not the torque that comes of it, the cosine of half the angle
+//! times as much: a joint that is bent by more than a quarter of a turn softens, `d^2 E / d angle^2 >= -M / 2`, until its torque is zero at half a turn. What is stored in joints that yield little is that of their forces: their
 //! gaps are below the tolerance. Joints with laws count with what can be had back of them.
 
 use cosserat::simulation::{Status, StepParams, Touched};
-use cosserat::state::{Body, InelasticJoint, Joint, JointForce, Model, Pose, Segment, State, measure};
+use cosserat::state::{Body, Freedom, InelasticJoint, Joint, JointForce, Model, Pose, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::law::{Law, ROUNDING, Violation};
+use crate::law::{EPSILON, Law, ROUNDING, Violation};
 use crate::step::Step;
 
 /// The largest turn of a segment in a step for which expansions to second order hold [rad].
@@ -24,6 +25,8 @@ pub(crate) struct EnergyBalance {
     fluctuation: f64,
     /// By how much forces that are given have changed, of which a rule of second order carries a third from step to step [N].
     jump: f64,
+    /// Whether the last step was not solved: what its joints store, which may gape, is not that of the forces that they tell.
+    is_unsolved: bool,
 }
 
 /// Energies of a state [J].
@@ -137,14 +140,14 @@ fn work(step: &Step<'_>) -> Work {
     let (order, stiff) = if step.is_newton() { (1.0, 0.0) } else { (2.0, 1.0) };
     for (k, joint, force) in step.joints() {
         let ends = [joint.a, joint.b].map(|body| step.free_end(body));
-        let size = force.force.norm();
+        let (size, bent) = (force.force.norm(), force.moment.norm().max(of_strain(step, k, joint)));
         for (end, body) in [joint.a, joint.b].into_iter().enumerate() {
             let [on_it, moment, arm] = step.pull(joint, force, end);
             let other = ends[1 - end];
             match ends[end] {
                 Some(i) => {
                     let old = step.forces[0].get(k).map_or(0.0, |old| old.force.norm() * arm.norm());
-                    let now = size * arm.norm() + moment.norm();
+                    let now = size * arm.norm() + bent;
                     sum.allowed += (order * now + stiff * old) * step.turn(i).powi(2);
                 }
                 None if other.is_some() => {
@@ -154,7 +157,7 @@ fn work(step: &Step<'_>) -> Work {
                     let angle = turn(&from.orientation, &to.orientation);
                     let old = step.forces[0].get(k).map_or(size, |old| old.force.norm());
                     sum.done -= on_it.dot(&far) + moment.dot(&angle);
-                    sum.allowed += order * (size * arm.norm() + moment.norm()) * angle.norm_squared();
+                    sum.allowed += order * (size * arm.norm() + bent) * angle.norm_squared();
                     if !step.is_euler() {
                         sum.allowed += 0.5 * (size + old) * far.norm() + moment.norm() * angle.norm();
                     }
@@ -180,9 +183,45 @@ fn work(step: &Step<'_>) -> Work {
             }
         }
     }
+    eyelets(step, &mut sum);
     contacts(step, &mut sum);
     sum.allowed += wind(step);
     sum
+}
+
+/// The moment that the strain of an elastic joint asks for [N m]: see above.
+fn of_strain(step: &Step<'_>, k: usize, joint: &Joint) -> f64 {
+    if joint.freedom != Freedom::None || step.model.laws.iter().any(|law| law.joint == k) {
+        return 0.0;
+    }
+    let strain = measure::bend_strain(step.model, step.states[1], joint);
+    let stiff = joint.bend_twist_compliance().map(|x| if x > 0.0 { 1.0 / x } else { 0.0 });
+    strain.component_mul(&stiff).norm() / joint.length
+}
+
+/// Work of what holds eyelets through which rods run that move freely.
+fn eyelets(step: &Step<'_>, sum: &mut Work) {
+    for (joint, sliding) in step.model.sliding_joints.iter().zip(step.sliding) {
+        if step.free_end(joint.holder).is_some() || !step.is_free(joint.segments.start) {
+            continue;
+        }
+        let [from, to] = step.poses(joint.holder);
+        let place = to.position + to.orientation * joint.place;
+        let (far, angle) = (displacement(&from, &to, &place), from.orientation.angle_to(&to.orientation));
+        let size = sliding.force.norm();
+        sum.done += sliding.force.dot(&far);
+        sum.allowed += size * joint.place.norm() * angle.powi(2);
+        if !step.is_euler() {
+            sum.allowed += size * far.norm();
+        }
+        sum.is_steady &= far.norm() == 0.0;
+    }
+}
+
+/// Whether a rod that runs through an eyelet is held and moves there: by what forces of its segments is not told.
+fn leads_eyelets(step: &Step<'_>) -> bool {
+    let moves = |i: usize| !step.is_free(i) && step.poses(Body::Segment(i))[0] != step.poses(Body::Segment(i))[1];
+    step.model.sliding_joints.iter().any(|joint| joint.segments.clone().any(moves))
 }
 
 /// Work of contacts: of obstacles and held segments that move, and what they may give within their tolerance.
@@ -243,6 +282,22 @@ fn wind(step: &Step<'_>) -> f64 {
     most * step.dt
 }
 
+/// Energy of what positions and angles are rounded by [J].
+fn rounding(step: &Step<'_>) -> f64 {
+    let (model, state) = (step.model, step.states[1]);
+    let moved = |i: usize| {
+        let (segment, far) = (&model.segments[i], EPSILON * state.positions[i].norm());
+        let inertia = segment.transverse_inertia().max(segment.axial_inertia());
+        0.5 * (segment.mass() * far.powi(2) + inertia * EPSILON.powi(2)) / step.dt.powi(2)
+    };
+    let bent = |joint: &Joint| {
+        let stiffness = joint.bend_twist_compliance().map(|x| if x > 0.0 { 1.0 / x } else { 0.0 });
+        0.5 * (EPSILON / joint.length).powi(2) * stiffness.sum()
+    };
+    let free = (0..model.segments.len()).filter(|&i| step.is_free(i));
+    free.map(moved).sum::<f64>() + step.joints().map(|(_, joint, _)| bent(joint)).sum::<f64>()
+}
+
 /// By how much gravity and loads change in the step [N].
 fn jump(step: &Step<'_>) -> f64 {
     let [before, after] = [step.model_before, step.model];
@@ -260,10 +315,13 @@ impl EnergyBalance {
         let is_known = step.is_whole()
             || (step.status == Status::ConvergedInSubsteps && work.is_steady && !model.contacts.is_empty());
         // What feeds and pulleys do is not told.
-        let is_fed = model.sliding_joints.iter().any(|joint| joint.feed.is_some()) || !model.pulleys.is_empty();
+        let is_fed = model.sliding_joints.iter().any(|joint| joint.feed.is_some())
+            || !model.pulleys.is_empty()
+            || leads_eyelets(step);
+        let was_unsolved = std::mem::replace(&mut self.is_unsolved, !step.is_solved());
         let turned = (0..model.segments.len()).map(|i| step.turn(i)).fold(0.0, f64::max);
-        if !is_known || is_fed || model.contacts.allow_overlap || turned > MOST_TURN {
-            *self = Self { jump: self.jump, ..Self::default() };
+        if !is_known || was_unsolved || is_fed || model.contacts.allow_overlap || turned > MOST_TURN {
+            *self = Self { jump: self.jump, is_unsolved: self.is_unsolved, ..Self::default() };
             return;
         }
         let [before, after] = step.states;
@@ -294,7 +352,8 @@ impl EnergyBalance {
             // Forces that change count as at the end of the step on a way of second order.
             changing = self.jump * farthest;
         }
-        let rounding = ROUNDING * (old.kinetic + old.joints.abs() + new.kinetic + new.joints.abs() + work.done.abs());
+        let rounding = ROUNDING * (old.kinetic + old.joints.abs() + new.kinetic + new.joints.abs() + work.done.abs())
+            + rounding(step);
         let allowed = work.allowed + changing + rounding;
         step.hold(violations, Law::Energy, won, allowed + fluctuation, || {
             format!(

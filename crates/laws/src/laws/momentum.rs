@@ -13,13 +13,11 @@ use cosserat::simulation::{ContactForce, StepParams, Touched};
 use cosserat::state::{Body, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::law::{Law, Violation};
+use crate::law::{EPSILON, Law, Violation};
 use crate::step::Step;
 
 /// Rounding of sums of what may cancel.
 const ROUNDING: f64 = 1e-10;
-/// Rounding of a position, relative to its size.
-const EPSILON: f64 = 4.0 * f64::EPSILON;
 
 /// Forces from outside on a segment: force [N], and place at which it acts [m] with a moment about it [N m].
 struct Outside {
@@ -105,9 +103,10 @@ pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
     let model = step.model;
     let decay = (-model.damping.linear * step.dt).exp();
     let is_bdf2 = !step.is_euler() && !alone;
-    // Impacts restart it.
+    // Impacts restart it, in the sets that they reach alone: of an impulse between two sets in the steps before, one that begins anew counts another share than one
+    // that goes on.
     let may_restart = !model.contacts.is_empty() || !model.sliding_joints.is_empty();
-    if is_bdf2 && (step.earlier.is_none() || model.damping.linear > 0.0 || may_restart) {
+    if !step.is_euler() && may_restart || is_bdf2 && (step.earlier.is_none() || model.damping.linear > 0.0) {
         return;
     }
     let mut change = [Vector3::zeros(); 2];

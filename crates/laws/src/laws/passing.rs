@@ -3,11 +3,11 @@
 //! Ends of axes go on straight lines from one state to the next. Two axes cross where their four ends lie in one plane, within
 //! both their lengths, which is looked for in many parts of the step.
 
-use cosserat::assembly::ObstacleShape;
+use cosserat::assembly::{Obstacle, ObstacleShape};
 use cosserat::internals::collision::TriangleMesh;
 use nalgebra::Vector3;
 
-use super::contact::{distance, line};
+use super::contact::{distance, line, seen_from};
 use crate::law::{Law, Violation};
 use crate::step::Step;
 
@@ -70,10 +70,10 @@ pub(super) fn passing(step: &Step<'_>, violations: &mut Vec<Violation>) {
         })
         .collect();
     for (k, obstacle) in model.contacts.obstacles.iter().enumerate() {
-        let shapes = [step.time - step.dt, step.time].map(|time| obstacle.shape_at(time));
+        let times = [step.time - step.dt, step.time];
         for i in (0..model.segments.len()).filter(|&i| step.is_free(i)) {
             let Some(axis) = &swept[i] else { continue };
-            if let Some(message) = enters(&shapes, axis) {
+            if let Some(message) = enters(obstacle, times, axis) {
                 let message = format!("the axis of segment {i} {message} obstacle {k} ({})", obstacle.shape.kind());
                 violations.push(Violation { law: Law::Passing, step: step.number, ratio: f64::INFINITY, message });
             }
@@ -100,40 +100,33 @@ fn bounds(axis: &Swept) -> [Vector3<f64>; 2] {
     [a.inf(&b).inf(&c.inf(&d)), a.sup(&b).sup(&c.sup(&d))]
 }
 
-/// Whether an axis that was outside of an obstacle is in it after the step, or passes through it on its axis.
-fn enters(shapes: &[ObstacleShape; 2], axis: &Swept) -> Option<&'static str> {
-    match &shapes[1] {
-        ObstacleShape::HalfSpace { .. } | ObstacleShape::Sphere { .. } => {
-            let is_out = distance(&shapes[0], &axis[0]) > 0.0;
-            (is_out && distance(&shapes[1], &axis[1]) < 0.0).then_some("is inside of")
-        }
-        ObstacleShape::Capsule { start, end, .. } => {
-            let ObstacleShape::Capsule { start: old_start, end: old_end, .. } = &shapes[0] else { return None };
-            let is_out = distance(&shapes[0], &axis[0]) > 0.0;
-            if is_out && distance(&shapes[1], &axis[1]) < 0.0 {
+/// Whether an axis that was outside of an obstacle is in it after the step, or passes through it on its axis; at these times [s].
+fn enters(obstacle: &Obstacle, times: [f64; 2], axis: &Swept) -> Option<&'static str> {
+    let own = [0, 1].map(|when| seen_from(obstacle, times[when], axis[when]));
+    match &obstacle.shape {
+        ObstacleShape::HalfSpace { .. } | ObstacleShape::Sphere { .. } | ObstacleShape::Capsule { .. } => {
+            let [before, after] = own.each_ref().map(|axis| distance(obstacle, axis));
+            if before > 0.0 && after < 0.0 {
                 return Some("is inside of");
             }
-            cross(axis, &[[*old_start, *old_end], [*start, *end]]).then_some("passes through the axis of")
+            let ways = times.map(|time| match obstacle.shape_at(time) {
+                ObstacleShape::Capsule { start, end, .. } => Some([start, end]),
+                _ => None,
+            });
+            let [Some(from), Some(to)] = ways else { return None };
+            cross(axis, &[from, to]).then_some("passes through the axis of")
         }
-        _ => {
-            // In the frame of the surface: its triangles stand still there.
-            let mut own: Swept = *axis;
-            let mut mesh = None;
-            for (shape, axis) in shapes.iter().zip(&mut own) {
-                let (surface, turn) = shape.surface()?;
-                let pivot = shape.pivot();
-                axis.iter_mut().for_each(|place| *place = turn.inverse() * (*place - pivot));
-                mesh = Some(surface);
-            }
-            let mesh = mesh?;
+        shape => {
+            let (mesh, turn) = shape.surface()?;
+            let local = own.map(|axis| axis.map(|place| turn.inverse() * (place - shape.pivot())));
             let corners = |triangle: &[u32; 3]| triangle.map(|i| mesh.positions[i as usize]);
             let crosses = |axis: &[Vector3<f64>; 2]| mesh.triangles.iter().any(|t| pierces(axis, &corners(t)));
-            if !crosses(&own[0]) && crosses(&own[1]) {
+            if !crosses(&local[0]) && crosses(&local[1]) {
                 return Some("goes through the surface of");
             }
             let mesh = TriangleMesh::new(&mesh.positions, &mesh.triangles);
             let is_in = |axis: &[Vector3<f64>; 2]| axis.iter().any(|end| mesh.encloses(end));
-            (!is_in(&own[0]) && is_in(&own[1])).then_some("is inside of")
+            (!is_in(&local[0]) && is_in(&local[1])).then_some("is inside of")
         }
     }
 }

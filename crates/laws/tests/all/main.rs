@@ -103,11 +103,111 @@ fn a_small_correction_hides_no_residual() {
         [[rods.loads]]\n\
         segment = -1\n\
         torque_n_m = [33.6, 1.0, -5.52]\n";
-    for text in [pressed, turned] {
+    // The torque turns a joint that is bent at rest past half a turn in most steps, which are not solved.
+    for (text, solved) in [(pressed, 7), (turned, 1)] {
         let case = Case { text: text.to_owned(), files: Vec::new(), method: Method::default() };
         let Checked::Ran(report) = check(&case) else { panic!("refused") };
-        assert!(report.violations.is_empty() && report.unsolved < report.steps / 2, "{report:?}");
+        assert!(report.violations.is_empty() && report.unsolved + solved <= report.steps, "{report:?}");
     }
+}
+
+/// What a scene of `newton` with Euler's rule breaks, and how many of its steps are not solved.
+fn broken(text: &str) -> (Vec<laws::Violation>, usize) {
+    let case = Case { text: text.to_owned(), files: Vec::new(), method: Method::default() };
+    let Checked::Ran(report) = check(&case) else { panic!("refused") };
+    (report.violations, report.unsolved)
+}
+
+/// Past half a turn the strain of a joint begins again on the other side, and with it what a law with a memory stores (820 J from nowhere in one step), or a joint
+/// that is bent at rest (twice what it had): steps of the status "converged" before.
+#[test]
+fn a_step_in_which_a_strain_jumps_at_half_a_turn_is_not_solved() {
+    let yielding = "\
+        run = { dt_s = 0.007, steps = 60 }\n\
+        [[rods]]\n\
+        density_kg_m3 = 2000.0\n\
+        youngs_modulus_pa = 200000000.0\n\
+        yield = { moment_n_m = 100.0, torque_n_m = 100.0, hardening_isotropic = 0.4 }\n\
+        shape.straight = { length_m = 2.0, segments = 1 }\n\
+        [[rods.motions]]\n\
+        at = \"start-face\"\n\
+        times_s = [0.0, 0.2, 0.4]\n\
+        turns_deg = [[0.0, 0.0, 0.0], [-40.0, -20.0, 20.0], [60.0, -300.0, -500.0]]\n";
+    let bent = "\
+        run = { dt_s = 0.012, steps = 20 }\n\
+        [[rods]]\n\
+        name = \"straight\"\n\
+        shape.straight = { start_m = [0.0062339, 0.0033269, -0.021964], length_m = 0.194, segments = 6 }\n\
+        youngs_modulus_pa = 2640000.0\n\
+        density_kg_m3 = 1240.0\n\
+        radius_m = 0.00523\n\
+        clamp = [\"start-face\"]\n\
+        [[rods]]\n\
+        name = \"loop\"\n\
+        shape.polyline = { nodes_m = [[0.2002339, 0.0033269, -0.021964], [0.1516839, 0.0437019, 0.010336], \
+        [0.1031339, 0.0840769, 0.042636], [0.0546839, 0.0437019, 0.010336], [0.0062339, 0.0033269, -0.021964]] }\n\
+        youngs_modulus_pa = 4200000.0\n\
+        density_kg_m3 = 2960.0\n\
+        radius_m = 0.00388\n\
+        [[joins]]\n\
+        a = { rod = \"straight\", segment = -1, fraction = 1 }\n\
+        b = { rod = \"loop\", segment = 0, fraction = 0 }\n\
+        [[joins]]\n\
+        a = { rod = \"straight\", segment = 0, fraction = 0 }\n\
+        b = { rod = \"loop\", segment = -1, fraction = 1 }\n";
+    for text in [yielding, bent] {
+        let (violations, unsolved) = broken(text);
+        assert!(violations.is_empty() && (1..12).contains(&unsolved), "{violations:?} {unsolved}");
+    }
+}
+
+/// What an end face that turns by 9 degrees a step gives to a joint that is bent by nearly half a turn, and an eyelet that is led to a rod that runs through it.
+#[test]
+fn what_is_led_gives_energy_and_is_no_error() {
+    let face = "\
+        run = { dt_s = 0.007, steps = 40 }\n\
+        [[rods]]\n\
+        density_kg_m3 = 2000.0\n\
+        youngs_modulus_pa = 200000000.0\n\
+        shape.straight = { length_m = 2.0, segments = 1 }\n\
+        [[rods.motions]]\n\
+        at = \"start-face\"\n\
+        times_s = [0.0, 0.2, 0.4]\n\
+        turns_deg = [[0.0, 0.0, 0.0], [0.0, 250.0, 0.0], [0.0, 300.0, 0.0]]\n";
+    let eyelet = "\
+        run = { dt_s = 0.02, steps = 20 }\n\
+        [[rods]]\n\
+        name = \"r1\"\n\
+        shape.helix = { height_m = 0.04, radius_m = 0.01, segments = 1, winding = 0.8 }\n\
+        [[rods]]\n\
+        name = \"r2\"\n\
+        shape.straight = { length_m = 0.09, segments = 1 }\n\
+        [[rods.motions]]\n\
+        at = \"start-segment\"\n\
+        times_s = [0.0, 0.2, 0.3]\n\
+        turns_deg = [[0.0, 0.0, 0.0], [4.0, 20.0, 6.0], [-200.0, -200.0, -300.0]]\n\
+        [[eyelets]]\n\
+        at = { rod = \"r1\" }\n\
+        on = { rod = \"r2\" }\n";
+    for text in [face, eyelet] {
+        assert_eq!(broken(text), (Vec::new(), 0));
+    }
+}
+
+/// A rod on the rim of a cylinder that turns about all axes: the rim's edges turn with it.
+#[test]
+fn the_rim_of_a_cylinder_turns_with_it() {
+    let text = "\
+        run = { dt_s = 0.01, steps = 40 }\n\
+        [[obstacles]]\n\
+        shape.cylinder = { start_m = [0.35, 0.1, -1.0], end_m = [0.7, -0.08, -0.8], radius_m = 0.07 }\n\
+        [obstacles.motion]\n\
+        times_s = [0.0, 0.2]\n\
+        angular_velocities_rad_s = [[5.0, -7.0, 4.0], [-5.32, -2.0, -3.0]]\n\
+        [[rods]]\n\
+        radius_m = 0.02\n\
+        shape.straight = { start_m = [0.2, 0.2, -0.07], direction = [0.6, -0.5, -0.7], length_m = 1.0, segments = 2 }\n";
+    assert_eq!(broken(text), (Vec::new(), 0));
 }
 
 /// What is found in these scenes of a seed.
