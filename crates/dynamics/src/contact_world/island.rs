@@ -398,6 +398,10 @@ impl Steps for Island<'_> {
         self.stage.roll_back();
     }
 
+    fn break_joints(&mut self) -> bool {
+        self.sets.iter_mut().fold(false, |any, set| set.component.break_joint() | any)
+    }
+
     fn restart(&mut self) {
         self.sets.iter_mut().for_each(|set| set.component.restart());
     }
