@@ -233,6 +233,22 @@ impl Draft {
         }
     }
 
+    /// Joints that can break, at a share of what the rod's own weight asks of them, or at many times it.
+    fn strength(&mut self, weight: f64) {
+        if !self.is_newton || !self.added.chance(0.12) {
+            return;
+        }
+        let mut times = || self.added.even_log(0.1, 100.0);
+        let force = weight * self.size;
+        let (tension, moment, curvature) = (force * times(), force * self.size * times(), 0.1 * times() / self.size);
+        let key = match self.added.whole(0, 2) {
+            0 => format!("tension_n = {:?}", short(tension)),
+            1 => format!("moment_n_m = {:?}", short(moment)),
+            _ => format!("curvature_per_m = {:?}", short(curvature)),
+        };
+        put!(self, "strength = {{ {key} }}");
+    }
+
     pub(super) fn rod(&mut self) {
         if self.room < 2 {
             return;
@@ -247,6 +263,7 @@ impl Draft {
         let [radius, weight] = self.material(parent.as_ref().map_or(most, |parent| most.min(parent.2)));
         self.making(&shape);
         self.law(weight);
+        self.strength(weight);
         if let Some((parent, segments, _)) = &parent {
             let (segment, fraction) = (self.random.whole(0, segments - 1), self.random.pick(&[1.0, 1.0, 0.5, 0.3]));
             put!(self, "branch_of = {{ rod = \"{parent}\", segment = {segment}, fraction = {fraction:?} }}");

@@ -34,3 +34,12 @@ pub(crate) struct Branch {
 
 /// Branches.
 pub(crate) type Relaxation = Spanned<Vec<Branch>>;
+
+/// What joints bear before they break.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Strength {
+    pub(crate) tension_n: Option<Number>,
+    pub(crate) moment_n_m: Option<Number>,
+    pub(crate) curvature_per_m: Option<Number>,
+}
