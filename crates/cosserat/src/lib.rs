@@ -99,8 +99,9 @@ pub use nalgebra;
 pub mod assembly {
     pub use rod::{
         Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, JointLaw, LineInertia, Load,
-        Material, MaxwellBranch, Mesh, MeshError, Mount, Obstacle, ObstacleShape, Plasticity, RestShape, RigidBody,
-        RodSpec, Section, SolidError, SolidMesh, Stiffness, StrandFriction, Strength, Stretch, Surface, Wind, shape,
+        Material, MaxwellBranch, Mesh, MeshError, MomentTable, Mount, Obstacle, ObstacleShape, Plasticity, RestShape,
+        RigidBody, RodSpec, Section, SolidError, SolidMesh, Stiffness, StrandFriction, Strength, Stretch, Surface,
+        Unloading, Wind, shape,
     };
 }
 

@@ -235,7 +235,7 @@ impl Assembly {
     }
 
     /// Adds a joint that is made of these segments.
-    fn add_joint(&mut self, joint: Joint, of: &[usize]) {
+    fn add_joint(&mut self, mut joint: Joint, of: &[usize]) {
         let index = self.model.joints.len();
         let made_of = || of.iter().map(|&i| &self.made_of[i]);
         let law = made_of().filter_map(|made| made.law.clone()).reduce(|a, b| JointLaw::between(&a, &b));
@@ -243,6 +243,9 @@ impl Assembly {
         // Two rods that are joined stay so.
         let is_glue = joint.mount.is_none() && rod(joint.a).zip(rod(joint.b)).is_some_and(|(a, b)| a != b);
         let strength = made_of().filter_map(|made| made.strength.filter(|_| !is_glue)).reduce(Strength::weaker);
+        if let Some(bending) = law.as_ref().and_then(|law| law.bending_stiffness()) {
+            (joint.bend_compliance, joint.bend_extra) = (1.0 / (bending * joint.length), 0.0);
+        }
         self.model.laws.extend(law.map(|law| InelasticJoint { joint: index, law }));
         self.model.breakable.extend(strength.map(|strength| BreakableJoint { joint: index, strength }));
         self.model.joints.push(joint);

@@ -59,7 +59,10 @@ pub use contact_force::{ContactForce, Touched, contact_wrenches};
 pub use driven::{Carried, Driven};
 pub use error::{DriveError, ModelError};
 pub use freedom::{Freedom, Springs};
-pub use inelastic::{Answer, InelasticJoint, InternalVariables, JointLaw, MaxwellBranch, Plasticity, StrandFriction};
+pub use inelastic::{
+    Answer, InelasticJoint, InternalVariables, JointLaw, MaxwellBranch, MomentTable, Plasticity, StrandFriction,
+    Unloading,
+};
 pub use integrator::Integrator;
 pub use joint_force::{JointForce, curvature};
 pub use material::{InnerDamping, Material, Stretch};

@@ -123,8 +123,7 @@ pub(crate) fn feeds(builder: &mut Builder, source: &Source, entries: &[Spanned<f
             );
         }
         if joint.has_laws(model) {
-            let which =
-                "goes with an elastic rod, without `yield`, `strand_friction` and `relaxation`; or set `store = false`";
+            let which = "goes with an elastic rod, without `yield`, `strand_friction`, `relaxation` and `moment_table`; or set `store = false`";
             return source.wrong(entry.span(), which);
         }
         if joint.is_behind_another(model) {

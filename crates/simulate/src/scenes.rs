@@ -109,7 +109,7 @@ pub(crate) fn begin_with_frame(scene: &mut Scene, begin: &BeginArgs) -> Result<V
     let Some((what, Origin { folder, frame })) = origin(scene, begin) else { return Ok(Vec::new()) };
     if !(scene.model.laws.is_empty() && scene.model.breakable.is_empty()) {
         bail!(
-            "{what}: a frame does not say what the joints with `yield`, `strand_friction` or `relaxation` remember, and which with \
+            "{what}: a frame does not say what the joints with `yield`, `strand_friction`, `relaxation` or `moment_table` remember, and which with \
              `strength` have broken; a run of this scene goes on from a snapshot alone, which a run with --snapshot leaves"
         );
     }

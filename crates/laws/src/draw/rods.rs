@@ -210,7 +210,7 @@ impl Draft {
             return;
         }
         let moment = short(weight * self.size * self.size * self.added.even_log(0.01, 10.0));
-        match self.added.whole(0, 2) {
+        match self.added.whole(0, 3) {
             0 => {
                 let torque = short(moment * self.added.uniform(0.5, 1.5));
                 let [isotropic, kinematic] =
@@ -221,6 +221,16 @@ impl Draft {
             1 => {
                 let stiffness = short(moment * self.size * self.added.even_log(0.1, 10.0));
                 put!(self, "strand_friction = {{ moment_n_m = {moment:?}, stiffness_n_m2 = {stiffness:?} }}");
+            }
+            2 => {
+                let (bent, share) = (self.added.even_log(0.1, 10.0) / self.size, self.added.even_log(0.01, 1.0));
+                let curvatures = [short(bent), short(3.0 * bent)];
+                let moments = [short(moment), short(moment * (1.0 + 2.0 * share))];
+                let unloading = if self.added.chance(0.5) { "masing" } else { "elastic" };
+                put!(
+                    self,
+                    "moment_table = {{ curvatures_per_m = {curvatures:?}, moments_n_m = {moments:?}, unloading = \"{unloading}\" }}"
+                );
             }
             _ => {
                 let branches = (0..self.added.whole(1, 3)).map(|_| {

@@ -43,3 +43,22 @@ pub(crate) struct Strength {
     pub(crate) moment_n_m: Option<Number>,
     pub(crate) curvature_per_m: Option<Number>,
 }
+
+/// Bending by a table of moment over curvature.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MomentTable {
+    pub(crate) curvatures_per_m: Spanned<Vec<Number>>,
+    pub(crate) moments_n_m: Spanned<Vec<Number>>,
+    #[serde(default)]
+    pub(crate) unloading: Unloading,
+}
+
+/// How it unloads.
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Unloading {
+    #[default]
+    Elastic,
+    Masing,
+}

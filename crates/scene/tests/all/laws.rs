@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use rod::{JointLaw, MaxwellBranch, Plasticity, StrandFriction, Strength};
+use rod::{JointLaw, MaxwellBranch, MomentTable, Plasticity, StrandFriction, Strength, Unloading};
 
 fn with(keys: &str) -> Result<scene::Scene, String> {
     let text = format!(
@@ -89,7 +89,7 @@ fn errors_name_the_key() {
         ("yield.moment = 1", "6: rods[0].yield.moment is not a known key (did you mean `moment_n_m`?)"),
         (
             "yield.stress_pa = 1\nrelaxation = [{ share = 0.5, time_s = 1 }]",
-            "7: rods[0].relaxation: give one of `yield`, `strand_friction` and `relaxation`",
+            "7: rods[0].relaxation: give one of `yield`, `strand_friction`, `relaxation` and `moment_table`",
         ),
         ("strand_friction = { moment_n_m = 1 }", "6: rods[0].strand_friction: missing key `stiffness_n_m2`"),
         (
@@ -165,6 +165,41 @@ fn errors_of_strengths_name_the_key() {
         ),
     ] {
         let error = with(keys).unwrap_err();
+        assert!(error.contains(expected), "{keys}: {error}");
+    }
+}
+
+#[test]
+fn joints_follow_a_table_of_moments() {
+    let scene =
+        with("moment_table = { curvatures_per_m = [0.5, 2], moments_n_m = [1, 2.5], unloading = \"masing\" }").unwrap();
+    let law = JointLaw::Tabulated(MomentTable { points: vec![[0.5, 1.0], [2.0, 2.5]], unloading: Unloading::Masing });
+    assert_eq!(scene.model.laws.len(), 10);
+    assert!(scene.model.laws.iter().all(|own| *own.law == law));
+    // The first slope is the stiffness of the joints, also where they are clamped.
+    for joint in &scene.model.joints {
+        let [first, second, twist] = joint.bend_twist_stiffness().into();
+        assert!((first - 2.0).abs() < 1e-12 && (second - 2.0).abs() < 1e-12 && twist > 0.0);
+    }
+    for (keys, expected) in [
+        ("curvatures_per_m = [], moments_n_m = []", "curvatures_per_m: there must be at least one point"),
+        ("curvatures_per_m = [1], moments_n_m = []", "moments_n_m: 0 moments, but there must be one a curvature (1)"),
+        (
+            "curvatures_per_m = [1, 1], moments_n_m = [1, 2]",
+            "curvatures_per_m[1] = 1, but it must be more than the one before, 1 [1/m]",
+        ),
+        (
+            "curvatures_per_m = [1, 2], moments_n_m = [1, 1]",
+            "moments_n_m[1] = 1, but it must be 1.001 [N m] or more: the curve rises by 0.001 of its first slope at least",
+        ),
+        (
+            "curvatures_per_m = [1, 2], moments_n_m = [1, 3], unloading = \"masing\"",
+            "moments_n_m[1] = 3, but it must be 2 [N m] or less: by Masing's rule the curve gets no steeper",
+        ),
+        ("curvatures_per_m = [1], moments_n_m = [-1]", "moments_n_m[0] = -1, but it must be finite and > 0 [N m]"),
+        ("curvatures_per_m = [1], moments_n_m = [1], unloading = \"back\"", "unloading"),
+    ] {
+        let error = with(&format!("moment_table = {{ {keys} }}")).unwrap_err();
         assert!(error.contains(expected), "{keys}: {error}");
     }
 }
