@@ -1,7 +1,6 @@
 //! The joints that broke in a run: a table, and what a summary says.
 
 use std::fmt::{self, Display, Formatter};
-use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;

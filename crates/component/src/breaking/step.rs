@@ -42,6 +42,17 @@ impl<T: Real> Component<T> {
         true
     }
 
+    /// Makes the joints whole again that have broken since a time [s], where what has been done since is to be done again.
+    pub fn mend(&mut self, since: f64) {
+        for k in 0..self.breakable.len() {
+            let Breakable { joint, broke, .. } = self.breakable[k];
+            if broke.is_some_and(|broke| broke.time >= since) {
+                self.breakable[k].broke = None;
+                self.set_broken(0, joint, false);
+            }
+        }
+    }
+
     /// What the end of the step under way asks of a joint.
     fn load_of(&self, own: &Breakable) -> Strength {
         let effective = self.effective.lane(0);

@@ -13,8 +13,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::plasticity::{LEAST_HARDENING, RESOLVENT};
-use super::variables::{Answer, InternalVariables};
+use super::variables::{Answer, InternalVariables, LEAST_HARDENING, RESOLVENT};
 
 /// How a joint unloads that follows a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
