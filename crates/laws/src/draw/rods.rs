@@ -223,7 +223,7 @@ impl Draft {
                 put!(self, "strand_friction = {{ moment_n_m = {moment:?}, stiffness_n_m2 = {stiffness:?} }}");
             }
             2 => {
-                let (bent, share) = (self.added.even_log(0.1, 10.0) / self.size, self.added.even_log(0.01, 1.0));
+                let (bent, share) = (self.added.even_log(0.1, 10.0) / self.size, self.added.even_log(0.01, 0.9));
                 let curvatures = [short(bent), short(3.0 * bent)];
                 let moments = [short(moment), short(moment * (1.0 + 2.0 * share))];
                 let unloading = if self.added.chance(0.5) { "masing" } else { "elastic" };
