@@ -28,7 +28,7 @@ impl<T: Real> Component<T> {
         if !self.released.is_empty() {
             self.free_rows();
         }
-        let mut residuals = match self.extras.is_empty() && self.laws.is_empty() {
+        let mut residuals = match self.extras.is_empty() && self.laws.is_empty() && self.broken.is_empty() {
             true => self.evaluate_joints::<false>(),
             false => self.evaluate_joints::<true>(),
         };
@@ -178,6 +178,11 @@ impl<T: Real> Component<T> {
                 } else if let Some(couplings) = self.system.bend_couplings.get_mut(k) {
                     *couplings = Vec3::zero();
                 }
+            }
+            if EXTRAS && self.broken.get(k) == Some(&true) {
+                // Its bodies go on by themselves.
+                terms.rhs = Spatial::zero();
+                continue;
             }
             terms.rhs = Spatial { linear: -stretch, angular: -bend };
             let inverse_length = T::splat(1.0) / terms.length;

@@ -69,6 +69,8 @@ impl<T: Real> Component<T> {
             released: self.released.iter().filter(|one| one.lane == lane).map(|one| one.alone()).collect(),
             eyelets: Eyelets::default(),
             laws: Laws::default(),
+            breakable: Vec::new(),
+            broken: Vec::new(),
             resting: self
                 .resting
                 .iter()

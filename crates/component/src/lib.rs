@@ -16,6 +16,7 @@ mod adjoint_joints;
 mod asymmetric_jacobian;
 mod before;
 mod begin;
+mod breaking;
 mod buckling;
 mod constants;
 mod derivative;
@@ -167,6 +168,10 @@ pub struct Component<T> {
     eyelets: sliding::Eyelets,
     /// Joints that are not elastic.
     laws: inelastic::Laws,
+    /// Joints that can break.
+    breakable: Vec<breaking::Breakable>,
+    /// Per joint: whether it has broken; empty where none has.
+    broken: Vec<bool>,
     /// Joints that leave something free.
     released: Vec<released::Released>,
     /// Inertia of the fixed segments.
@@ -242,6 +247,8 @@ impl<T: Real> Component<T> {
             moved: Vec::new(),
             eyelets: sliding::Eyelets::default(),
             laws,
+            breakable: sets.first().map(|members| breaking::Breakable::all(model, members)).unwrap_or_default(),
+            broken: Vec::new(),
             released: Vec::new(),
             resting: Vec::new(),
             longest_unit: T::splat(f64::INFINITY),

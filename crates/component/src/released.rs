@@ -1,9 +1,9 @@
-//! Joints that leave something free: ball joints, hinges, open grips.
+//! Joints that leave something free: ball joints, hinges, open grips, joints that have broken.
 //!
 //! Where a joint is free its multiplier is zero and it has no constraint. The rows of the linear system stay: their residual
 //! is zero, their compliance so large that they hardly answer, and what they answer all the same is dropped after the solve.
 //! So the iteration's matrix is a little off, and the solution that it converges to is exact. An open grip goes with the
-//! face that it may hold, so that there is nothing to close when it does.
+//! face that it may hold, so that there is nothing to close when it does; the bodies of a joint that has broken go on by themselves.
 
 mod step;
 
@@ -16,8 +16,10 @@ pub(super) struct Released {
     pub(super) lane: usize,
     joint: usize,
     turns: Turns,
-    /// Whether it transmits nothing: it holds on to an anchor that is open, or to a segment that is stored.
+    /// Whether it transmits nothing because it holds on to an anchor that is open, or to a segment that is stored.
     open: bool,
+    /// Whether it transmits nothing because it has broken.
+    broken: bool,
 }
 
 /// Turns that are free.
@@ -35,9 +37,14 @@ impl Released {
         Self { lane: 0, ..*self }
     }
 
-    /// Whether it is this joint, and open.
+    /// Whether it transmits nothing.
+    fn is_apart(&self) -> bool {
+        self.open || self.broken
+    }
+
+    /// Whether it is this joint, and transmits nothing.
     pub(super) fn opens(&self, joint: usize) -> bool {
-        self.open && self.joint == joint
+        self.is_apart() && self.joint == joint
     }
 
     /// The joint, if it turns freely whether a grip is open or not.
@@ -50,6 +57,7 @@ impl Released {
 pub fn has_loose(model: &Model) -> bool {
     let lets_go = |driven: &rod::Driven| driven.is_timed() && matches!(driven.body, Body::Anchor(_));
     !model.open.is_empty()
+        || !model.breakable.is_empty()
         || model.joints.iter().any(|joint| joint.freedom != Freedom::None)
         || model.motions.iter().any(lets_go)
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use jointed::topology::Topology;
 use kernels::dispatch::has_lanes;
-use rod::{Body, Driven, Model};
+use rod::{Body, Driven, Freedom, Model};
 
 use super::Members;
 use crate::GROUP;
@@ -22,7 +22,7 @@ pub struct Alike {
     pub sets: Vec<Members>,
     /// Whether a rod of them runs through an eyelet or over a pulley.
     pub slides: bool,
-    /// Whether a joint of them is not elastic.
+    /// Whether a joint of them is not elastic, or can break.
     pub is_inelastic: bool,
 }
 
@@ -51,7 +51,10 @@ pub fn split_alike(model: &Model) -> Vec<Alike> {
     for (members, topology) in split(model) {
         let has = |segment: usize| members.segments.binary_search(&segment).is_ok();
         let slides = threaded(model).any(|(rod, _)| has(rod.start));
-        let is_inelastic = model.laws.iter().any(|own| members.joints.binary_search(&own.joint).is_ok());
+        let has_joint = |joint: usize| members.joints.binary_search(&joint).is_ok();
+        let is_inelastic = model.laws.iter().any(|own| has_joint(own.joint))
+            || model.breakable.iter().any(|own| has_joint(own.joint))
+            || members.joints.iter().any(|&joint| model.joints[joint].freedom == Freedom::Broken);
         if slides || is_inelastic {
             by_kind.push((Arc::new(topology), vec![members], [slides, is_inelastic]));
             continue;

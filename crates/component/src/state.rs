@@ -77,16 +77,7 @@ impl<T: Real> Component<T> {
         let dt = self.last_effective.lane(lane);
         let share = if dt > 0.0 { 1.0 / (dt * dt) } else { 0.0 };
         for (k, &index) in members.joints.iter().enumerate() {
-            let [lambda_s, lambda_b] = [self.lambda[k].linear, self.lambda[k].angular].map(|x| get(x, lane) * share);
-            let [a, b] = self.system.topology.joints[k].map(|body| get_quat(self.poses[body as usize].q, lane));
-            let length = self.system.joints[k].length.lane(lane);
-            forces[index] = match self.extras.rests.get(k).map(|rests| rests.map(|q| get_quat(q, lane))) {
-                None => JointForce::of_multipliers(lambda_s, lambda_b, [&a, &b], length),
-                Some([of_a, of_b]) => {
-                    let own = JointForce::of_multipliers(lambda_s, lambda_b, [&(a * of_a), &(b * of_b)], length);
-                    JointForce { moment: of_a * own.moment, ..own }
-                }
-            };
+            forces[index] = self.joint_force(k, lane, share);
         }
     }
 

@@ -36,6 +36,8 @@ impl<T: Real> Component<T> {
             released,
             eyelets: _,
             laws: _,
+            breakable: _,
+            broken: _,
             // A step makes these anew before it looks at them.
             effective: _,
             start: _,
@@ -94,5 +96,6 @@ impl<T: Real> Component<T> {
         self.visit_motions(visitor);
         self.visit_eyelets(visitor);
         self.visit_laws(visitor);
+        self.visit_breaks(visitor);
     }
 }

@@ -237,6 +237,10 @@ impl Steps for ConnectedSet {
         self.component.roll_back();
     }
 
+    fn break_joints(&mut self) -> bool {
+        self.component.break_joint()
+    }
+
     fn restart(&mut self) {
         self.component.restart();
     }

@@ -169,7 +169,7 @@ impl ContactWorld {
             if !met {
                 break;
             }
-            self.join();
+            self.join(interval.time);
         }
         self.work(|_| true, &|island| island.close(params));
         self.end()
@@ -216,12 +216,12 @@ impl ContactWorld {
         }
     }
 
-    /// Makes one island each of those that may have met; they are done again from the start of the step.
-    fn join(&mut self) {
+    /// Makes one island each of those that may have met; they are done again from the start of the step, at a time [s].
+    fn join(&mut self, time: f64) {
         for (workspace, joins) in self.workspaces.iter_mut().zip(self.islands.joined()) {
             workspace.joins = joins;
         }
-        self.work(|workspace| workspace.joins, &|island| island.undo());
+        self.work(|workspace| workspace.joins, &|island| island.undo(time));
         let (stages, workspaces) = (std::mem::take(&mut self.stages), std::mem::take(&mut self.workspaces));
         let leaders = self.islands.leaders.clone();
         for workspace in workspaces[..leaders.len()].iter().filter(|workspace| workspace.joins) {

@@ -13,7 +13,7 @@ use jointed::topology::Topology;
 use kernels::parallel;
 use nalgebra::Vector3;
 use rod::Integrator;
-use rod::{Body, Carried, Changing, JointForce, Model, ModelError, OnPulley, Sliding, State};
+use rod::{Body, Break, Carried, Changing, JointForce, Model, ModelError, OnPulley, Sliding, State};
 use thiserror::Error;
 
 use crate::attempt::{Exact, TangentChoice};
@@ -76,6 +76,9 @@ pub enum SimulationError {
     /// Joints with laws where nothing knows of them.
     #[error("joints that are not elastic need {0}")]
     Inelastic(&'static str),
+    /// Joints that can break where nothing knows of them.
+    #[error("joints that can break need {0}")]
+    Breakable(&'static str),
     /// The solver cannot be set up for this graph.
     #[error(transparent)]
     Solver(#[from] jointed::linear::solvers::SolverError),
@@ -129,7 +132,7 @@ pub enum SimulationError {
     #[error("{0} is no free segment and no open anchor of the model, and so cannot be attached")]
     NothingToAttach(Body),
     /// Free joints where nothing knows of them.
-    #[error("{0} knows no ball joints, hinges and grips that open, but the model has some")]
+    #[error("{0} knows no ball joints, hinges, grips that open and joints that break, but the model has some")]
     Loose(String),
 }
 
@@ -198,6 +201,9 @@ impl Simulation {
         }
         if !model.laws.is_empty() && !settings.step.formulation.momentum() {
             return Err(SimulationError::Inelastic("formulation newton"));
+        }
+        if !model.breakable.is_empty() && !settings.step.formulation.momentum() {
+            return Err(SimulationError::Breakable("formulation newton"));
         }
         let touches = !model.contacts.is_empty();
         let is_coupled = settings.step.contact_projection == ContactProjection::Coupled;
@@ -394,6 +400,14 @@ impl Simulation {
         for piece in &self.pieces {
             piece.store_joint_forces(forces);
         }
+    }
+
+    /// The joints that have broken so far, in the order of time and then of joints. Their sets go on as one: in the same island and with one
+    /// status.
+    pub fn breaks(&self) -> Vec<Break> {
+        let mut breaks: Vec<Break> = self.singles().flat_map(Component::breaks).copied().collect();
+        breaks.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.joint.cmp(&b.joint)));
+        breaks
     }
 
     /// Copies where each sliding joint of the model is and what it does to `sliding`, which must have an entry for each.

@@ -20,6 +20,12 @@ pub(crate) trait Steps {
     /// Takes the last attempt back.
     fn roll_back(&mut self);
 
+    /// Breaks the joints that bear too much at the end of the last attempt, which is solved: one of each set. Whether there are any; the step is
+    /// then to be done again.
+    fn break_joints(&mut self) -> bool {
+        false
+    }
+
     /// Lets the next step be one of Euler's rule, which stands more than one of higher order.
     fn restart(&mut self);
 
@@ -56,6 +62,11 @@ pub(crate) fn advance_whole(
     if sets.is_guessed() && status != Status::Converged {
         sets.count_dropped();
         sets.roll_back();
+        status = sets.attempt(interval, params, false, is_last);
+    }
+    while status == Status::Converged && sets.break_joints() {
+        sets.roll_back();
+        sets.restart();
         status = sets.attempt(interval, params, false, is_last);
     }
     if status.may_be_halved() && !is_last && !sets.is_hopeless() {

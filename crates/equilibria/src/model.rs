@@ -33,6 +33,7 @@ impl CableOfModel {
         let is_alone = model.motions.is_empty()
             && model.open.is_empty()
             && model.laws.is_empty()
+            && model.breakable.is_empty()
             && model.changes.is_empty()
             && model.contacts.is_empty()
             && model.air.is_none();

@@ -314,6 +314,7 @@ mod tests {
                     "off the pulley's groove",
                     "goes with a rod that has no held segments",
                     "goes with an elastic rod",
+                    "rod that does not break",
                     "what is joined to others stays out of the store",
                     "must be before all other eyelets",
                 ]

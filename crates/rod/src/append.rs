@@ -1,7 +1,10 @@
 //! Several models and their states as one.
 
 use crate::part::with_motions;
-use crate::{Body, Changing, Driven, InelasticJoint, Joint, Load, Model, Motion, Pulley, Segment, SlidingJoint, State};
+use crate::{
+    Body, BreakableJoint, Changing, Driven, InelasticJoint, Joint, Load, Model, Motion, Pulley, Segment, SlidingJoint,
+    State,
+};
 
 impl Model {
     /// Adds another model beside this one: its segments, joints, anchors, loads and motions, and what of its loads changes
@@ -30,6 +33,7 @@ impl Model {
             sliding_joints,
             pulleys,
             laws,
+            breakable,
             open,
             changes,
             gravity: _,
@@ -54,6 +58,7 @@ impl Model {
         }));
         let joints = self.joints.len() - joints.len();
         self.laws.extend(laws.iter().map(|own| InelasticJoint { joint: own.joint + joints, law: own.law.clone() }));
+        self.breakable.extend(breakable.iter().map(|own| BreakableJoint { joint: own.joint + joints, ..*own }));
         self.open.extend(open.iter().map(|anchor| anchor + anchors));
         // What one motion drives goes on as one rigid body: each model keeps motions of its own.
         let motions = with_motions(motions, Motion::clone);

@@ -8,8 +8,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
 use crate::{
-    Air, Body, Damping, Freedom, InelasticJoint, InnerDamping, Joint, JointLaw, Load, Material, Model, ModelError,
-    Mount, Pose, RigidBody, Section, Segment, State, Stiffness, Stretch,
+    Air, Body, BreakableJoint, Damping, Freedom, InelasticJoint, InnerDamping, Joint, JointLaw, Load, Material, Model,
+    ModelError, Mount, Pose, RigidBody, Section, Segment, State, Stiffness, Strength, Stretch,
 };
 
 mod copies;
@@ -32,6 +32,8 @@ struct MadeOf {
     inner_damping: InnerDamping,
     /// What its joints are if not elastic.
     law: Option<Arc<JointLaw>>,
+    /// What its joints bear, if they can break.
+    strength: Option<Strength>,
     /// Whether a turn about the axis would make another rod of it.
     has_sides: bool,
 }
@@ -44,6 +46,7 @@ impl MadeOf {
         stiffness: Stiffness { stretch: 0.0, shear: 0.0, bending: [0.0; 2], torsion: 0.0 },
         inner_damping: InnerDamping::NONE,
         law: None,
+        strength: None,
         has_sides: false,
     };
 }
@@ -125,6 +128,7 @@ impl Assembly {
                 stiffness,
                 inner_damping: spec.inner_damping,
                 law: laws.get(if laws.len() == 1 { 0 } else { i }).cloned(),
+                strength: spec.strengths.get(if spec.strengths.len() == 1 { 0 } else { i }).copied(),
                 has_sides: spec.d1.is_some() || stiffness.bending[0] != stiffness.bending[1],
             });
             self.state.positions.push(pose.position);
@@ -138,11 +142,7 @@ impl Assembly {
             let (a, b) = (first + k, first + (k + 1) % count);
             let mut joint = self.joint([(a, 1.0), (b, 0.0)], &[self.half(a), self.half(b)]);
             joint.rest_darboux = self.current_darboux(&joint);
-            let law = match (&self.made_of[a].law, &self.made_of[b].law) {
-                (Some(first), Some(second)) => Some(JointLaw::between(first, second)),
-                _ => None,
-            };
-            self.add_joint(joint, law);
+            self.add_joint(joint, &[a, b]);
             let rest = match &spec.rest {
                 RestShape::Initial => continue,
                 RestShape::Straight => Vector3::zeros(),
@@ -230,14 +230,24 @@ impl Assembly {
         if joint.bend_extra != 0.0 {
             joint.measure_from_rest(1.0);
         }
-        self.add_joint(joint, self.made_of[b].law.clone());
+        self.add_joint(joint, &[b]);
         self
     }
 
-    fn add_joint(&mut self, joint: Joint, law: Option<Arc<JointLaw>>) {
-        if let Some(law) = law {
-            self.model.laws.push(InelasticJoint { joint: self.model.joints.len(), law });
+    /// Adds a joint that is made of these segments.
+    fn add_joint(&mut self, mut joint: Joint, of: &[usize]) {
+        let index = self.model.joints.len();
+        let made_of = || of.iter().map(|&i| &self.made_of[i]);
+        let law = made_of().filter_map(|made| made.law.clone()).reduce(|a, b| JointLaw::between(&a, &b));
+        let rod = |body| if let Body::Segment(i) = body { Some(self.model.segments[i].rod) } else { None };
+        // Two rods that are joined stay so.
+        let is_glue = joint.mount.is_none() && rod(joint.a).zip(rod(joint.b)).is_some_and(|(a, b)| a != b);
+        let strength = made_of().filter_map(|made| made.strength.filter(|_| !is_glue)).reduce(Strength::weaker);
+        if let Some(bending) = law.as_ref().and_then(|law| law.bending_stiffness()) {
+            (joint.bend_compliance, joint.bend_extra) = (1.0 / (bending * joint.length), 0.0);
         }
+        self.model.laws.extend(law.map(|law| InelasticJoint { joint: index, law }));
+        self.model.breakable.extend(strength.map(|strength| BreakableJoint { joint: index, strength }));
         self.model.joints.push(joint);
     }
 
@@ -267,7 +277,7 @@ impl Assembly {
         let [q_a, q_b] = [segment, body].map(|i| self.state.orientations[i]);
         let mount = Mount { across: [Vector2::zeros(), place.xy()] };
         let rest_frames = [UnitQuaternion::identity(), q_b.inverse() * q_a];
-        self.add_joint(Joint { mount: Some(mount), rest_frames, ..joint }, self.made_of[segment].law.clone());
+        self.add_joint(Joint { mount: Some(mount), rest_frames, ..joint }, &[segment]);
         self
     }
 
@@ -385,7 +395,7 @@ impl Assembly {
         let own = (own, side * length);
         let ends = if side < 0.0 { [(anchor, 0.0), own] } else { [own, (anchor, 0.0)] };
         let joint = self.composed(ends, &[self.half(segment)], segment);
-        self.add_joint(Joint { rest_darboux: rest, ..joint }, self.made_of[segment].law.clone());
+        self.add_joint(Joint { rest_darboux: rest, ..joint }, &[segment]);
         self
     }
 

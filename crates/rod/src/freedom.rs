@@ -11,6 +11,8 @@ pub enum Freedom {
     /// Those about the axis d3 of body a: a hinge, measured from rest ([`crate::Joint::rest_frames`]). Bend compliance is that about the
     /// other two axes.
     Hinge,
+    /// All, and all ways: it has broken, and transmits nothing.
+    Broken,
 }
 
 /// Stiffness of a grip or a support: springs between what is held and what holds it.

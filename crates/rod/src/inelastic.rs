@@ -1,4 +1,5 @@
-//! Joints whose moments are no function of their curvature alone: plasticity, friction between strands, viscoelasticity.
+//! Joints whose moments are no function of their curvature alone: plasticity, friction between strands,
+//! viscoelasticity, tables of moment over curvature.
 //!
 //! A law takes the strain of a joint, C_b in its rows ([`crate::measure::bend_strain`]), to its moments about d1 and d2 and its torque
 //! about d3, from internal variables at the start of a step. That is an implicit return mapping with its algorithmic tangent (Simo and Hughes,
@@ -9,6 +10,7 @@
 
 mod checks;
 mod maxwell;
+mod moment_table;
 mod plasticity;
 mod strand_friction;
 mod variables;
@@ -18,6 +20,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 pub use maxwell::MaxwellBranch;
+pub use moment_table::{MomentTable, Unloading};
 pub use plasticity::Plasticity;
 pub use strand_friction::StrandFriction;
 pub use variables::{Answer, InternalVariables};
@@ -32,6 +35,8 @@ pub enum JointLaw {
     /// Branches of springs and dashpots in series beside a spring: the generalised Maxwell model. With one branch it is the standard linear
     /// solid.
     Viscoelastic(Vec<MaxwellBranch>),
+    /// It bends by a table of moment over curvature.
+    Tabulated(MomentTable),
 }
 
 /// A joint of a model that has a law.
@@ -54,6 +59,7 @@ impl JointLaw {
         match self {
             Self::Plastic(_) | Self::Friction(_) => 1,
             Self::Viscoelastic(branches) => branches.len(),
+            Self::Tabulated(own) => own.parts(),
         }
     }
 
@@ -63,6 +69,7 @@ impl JointLaw {
             Self::Plastic(own) => own.answer(stiffness, strain, at),
             Self::Friction(own) => own.answer(stiffness, strain, at),
             Self::Viscoelastic(branches) => maxwell::answer(branches, stiffness, strain, at, dt),
+            Self::Tabulated(own) => own.answer(stiffness, strain, at),
         }
     }
 
@@ -76,6 +83,7 @@ impl JointLaw {
     ) -> Vector3<f64> {
         match self {
             Self::Plastic(own) => own.resolve(stiffness, [strain, moment], at),
+            Self::Tabulated(own) => own.resolve(stiffness, [strain, moment], at),
             Self::Friction(_) | Self::Viscoelastic(_) => *strain,
         }
     }
@@ -86,6 +94,7 @@ impl JointLaw {
             Self::Plastic(own) => own.advance(stiffness, strain, at),
             Self::Friction(own) => own.advance(strain, at),
             Self::Viscoelastic(branches) => maxwell::advance(branches, stiffness, strain, at, dt),
+            Self::Tabulated(own) => own.advance(strain, at),
         }
         at.strain = *strain;
     }
@@ -96,6 +105,7 @@ impl JointLaw {
             Self::Plastic(own) => own.stored(stiffness, strain, at),
             Self::Friction(own) => own.stored(stiffness, strain, at),
             Self::Viscoelastic(branches) => maxwell::stored(branches, stiffness, strain, at),
+            Self::Tabulated(own) => own.stored(stiffness, strain, at),
         }
     }
 
@@ -103,7 +113,16 @@ impl JointLaw {
     pub fn set(&self, at: &InternalVariables) -> Vector3<f64> {
         match self {
             Self::Plastic(_) => at.parts.first().copied().unwrap_or_default(),
+            Self::Tabulated(own) => own.set(at),
             Self::Friction(_) | Self::Viscoelastic(_) => Vector3::zeros(),
+        }
+    }
+
+    /// Bending stiffness of its joints [N m^2], where it is not that of their sections.
+    pub(crate) fn bending_stiffness(&self) -> Option<f64> {
+        match self {
+            Self::Tabulated(own) => Some(own.stiffness()),
+            Self::Plastic(_) | Self::Friction(_) | Self::Viscoelastic(_) => None,
         }
     }
 
@@ -113,6 +132,7 @@ impl JointLaw {
         let scale = match self {
             Self::Plastic(law) => law.moments,
             Self::Friction(law) => Vector3::repeat(law.moment),
+            Self::Tabulated(law) => Vector3::repeat(law.first_moment()),
             Self::Viscoelastic(_) => return 0.0,
         };
         (own - transmitted).component_div(&scale).norm() / own.component_div(&scale).norm().max(1.0)
@@ -134,6 +154,7 @@ impl JointLaw {
             Self::Plastic(own) => own.mistake(),
             Self::Friction(own) => own.mistake(),
             Self::Viscoelastic(branches) => maxwell::mistake(branches),
+            Self::Tabulated(own) => own.mistake(),
         }
     }
 }

@@ -88,6 +88,9 @@ impl Model {
         if !self.laws.is_empty() {
             return Some("joints that are not elastic");
         }
+        if !self.breakable.is_empty() {
+            return Some("joints that can break");
+        }
         if has(&Joint::has_rest_frames) {
             return Some("bending measured from a rest rotation");
         }

@@ -48,13 +48,17 @@ impl JointForce {
 
     /// Pull along the axis d3 of body a [N], behind a hinge along that of body b; negative where the joint is pressed.
     pub fn tension(&self, model: &Model, state: &State, joint: &Joint) -> f64 {
+        self.tension_between(joint, [joint.a, joint.b].map(|body| model.pose(body, state).orientation * Vector3::z()))
+    }
+
+    /// The same of bodies with these axes d3.
+    pub fn tension_between(&self, joint: &Joint, [axis_a, axis_b]: [Vector3<f64>; 2]) -> f64 {
         if joint.freedom == Freedom::Hinge {
-            let axis = model.pose(joint.b, state).orientation * Vector3::z();
-            return self.force.dot(&axis) * if joint.offset_b > 0.0 { -1.0 } else { 1.0 };
+            return self.force.dot(&axis_b) * if joint.offset_b > 0.0 { -1.0 } else { 1.0 };
         }
         // Of a rod and a rigid body the rod comes first, also where the body is at its start.
         let sign = if joint.mount.is_some() && joint.offset_a < 0.0 { -1.0 } else { 1.0 };
-        self.force.dot(&axis(model, state, joint)) * sign
+        self.force.dot(&axis_a) * sign
     }
 
     /// How far the joint is from its constraints, `max(|C_s + alpha~ lambda_s| / l, |C_b + alpha~ lambda_b| l)`: the gap in

@@ -43,6 +43,7 @@ pub mod shape;
 mod sliding_joint;
 mod solid;
 mod state;
+mod strength;
 mod supports;
 mod time;
 mod track;
@@ -58,7 +59,10 @@ pub use contact_force::{ContactForce, Touched, contact_wrenches};
 pub use driven::{Carried, Driven};
 pub use error::{DriveError, ModelError};
 pub use freedom::{Freedom, Springs};
-pub use inelastic::{Answer, InelasticJoint, InternalVariables, JointLaw, MaxwellBranch, Plasticity, StrandFriction};
+pub use inelastic::{
+    Answer, InelasticJoint, InternalVariables, JointLaw, MaxwellBranch, MomentTable, Plasticity, StrandFriction,
+    Unloading,
+};
 pub use integrator::Integrator;
 pub use joint_force::{JointForce, curvature};
 pub use material::{InnerDamping, Material, Stretch};
@@ -76,5 +80,6 @@ pub use section::{LineInertia, Section, Stiffness};
 pub use sliding_joint::{Centreline, Feed, Share, Sliding, SlidingJoint};
 pub use solid::{SolidError, SolidMesh};
 pub use state::State;
+pub use strength::{Break, BreakableJoint, Strength};
 pub use track::{Change, Changing, Track};
 pub use wind::{Gusts, Wind, WindNow};

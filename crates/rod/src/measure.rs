@@ -60,7 +60,7 @@ pub fn bend_strain(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> 
     let strain = darboux(&a, &b, joint.length) - joint.rest_darboux;
     match joint.freedom {
         Freedom::None => strain,
-        Freedom::Ball => Vector3::zeros(),
+        Freedom::Ball | Freedom::Broken => Vector3::zeros(),
         Freedom::Hinge => Vector3::new(strain.x, strain.y, 0.0),
     }
 }

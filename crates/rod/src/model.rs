@@ -3,8 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
-    Air, Body, BodyShape, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InelasticJoint, InnerDamping, LineInertia,
-    Mesh, ModelError, Mount, Pose, Pulley, RigidBody, SlidingJoint, State,
+    Air, Body, BodyShape, BreakableJoint, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InelasticJoint,
+    InnerDamping, LineInertia, Mesh, ModelError, Mount, Pose, Pulley, RigidBody, SlidingJoint, State,
 };
 
 /// A rigid cylinder, one node of the paper's graph (section 3.1); or a rigid body of any shape that rods are joined to.
@@ -216,6 +216,8 @@ pub struct Model {
     pub pulleys: Vec<Pulley>,
     /// Joints that are not elastic, in ascending order of their joints.
     pub laws: Vec<InelasticJoint>,
+    /// Joints that can break, in ascending order of their joints.
+    pub breakable: Vec<BreakableJoint>,
     /// Anchors that hold nothing, open grips: their joints transmit nothing, and they go with the faces that they may hold.
     pub open: Vec<usize>,
     /// Loads and gravity that change over time.

@@ -5,8 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::{
-    Body, Carried, Change, Changing, Driven, InelasticJoint, JointForce, Load, Model, Motion, Pose, Pulley,
-    SlidingJoint, State,
+    Body, BreakableJoint, Carried, Change, Changing, Driven, InelasticJoint, JointForce, Load, Model, Motion, Pose,
+    Pulley, SlidingJoint, State,
 };
 
 /// Some rods of a model without the others: see [`Model::part`].
@@ -69,6 +69,10 @@ impl Model {
             let joint = joints.binary_search(&own.joint).ok()?;
             Some(InelasticJoint { joint, law: own.law.clone() })
         };
+        let breaks = |own: &BreakableJoint| {
+            let joint = joints.binary_search(&own.joint).ok()?;
+            Some(BreakableJoint { joint, ..*own })
+        };
         let change = |change: &Change| {
             let of = match change.of {
                 Changing::Gravity => Changing::Gravity,
@@ -88,6 +92,7 @@ impl Model {
             sliding_joints: self.sliding_joints.iter().filter_map(slides).collect(),
             pulleys: self.pulleys.iter().filter_map(on_pulley).collect(),
             laws: self.laws.iter().filter_map(law).collect(),
+            breakable: self.breakable.iter().filter_map(breaks).collect(),
             open: self.open.iter().filter_map(|k| of_anchor.get(k).copied()).collect(),
             changes: self.changes.iter().filter_map(change).collect(),
             gravity: self.gravity,

@@ -131,10 +131,10 @@ impl Model {
         }
     }
 
-    /// Whether a joint holds on to an anchor that is open ([`Model::open`]), and so transmits nothing.
+    /// Whether a joint transmits nothing: it has broken, or holds on to an anchor that is open ([`Model::open`]).
     pub fn is_open(&self, joint: &Joint) -> bool {
         let is_open = |body| matches!(body, Body::Anchor(i) if self.open.contains(&i));
-        !self.open.is_empty() && (is_open(joint.a) || is_open(joint.b))
+        joint.freedom == Freedom::Broken || !self.open.is_empty() && (is_open(joint.a) || is_open(joint.b))
     }
 }
 

@@ -43,9 +43,9 @@ impl Model {
         self.motions.iter().any(crate::Driven::is_timed)
     }
 
-    /// Whether anything of it changes over time: anchors, what is held, loads or gravity.
+    /// Whether anything of it changes over time: anchors, what is held, loads or gravity, and joints that can break.
     pub fn varies(&self) -> bool {
         let varies = |driven: &crate::Driven| driven.is_timed() || matches!(driven.body, Body::Anchor(_));
-        !self.changes.is_empty() || self.motions.iter().any(varies)
+        !self.changes.is_empty() || !self.breakable.is_empty() || self.motions.iter().any(varies)
     }
 }

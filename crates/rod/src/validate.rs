@@ -100,6 +100,7 @@ impl Model {
         self.validate_sliding_joints()?;
         self.pulleys.iter().enumerate().try_for_each(|(index, pulley)| pulley.validate(self, index))?;
         self.validate_laws()?;
+        self.validate_strengths()?;
         finite("model", 0, "gravity", self.gravity.as_slice())?;
         not_negative("model", 0, "linear damping", self.damping.linear)?;
         not_negative("model", 0, "angular damping", self.damping.angular)?;

@@ -40,6 +40,7 @@ const FILES: &[(&str, &str)] = files![
     "elevator",
     "tendon-robot",
     "bent-wire",
+    "spaghetti",
     "knot",
     "small-cantilever",
     "elastica",

@@ -38,6 +38,9 @@ fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Eyelet>) 
         return source.wrong(at.span(), &format!("`{}` is closed, but rods in eyelets have ends", rod.name));
     }
     let segments = rod.segments.clone();
+    if builder.assembly.model_mut().can_break(&segments) {
+        return source.wrong(at.span(), "must be on a rod that does not break, without `strength`");
+    }
     let friction = number_or(friction, 0.0, |v| source.not_negative(v, ""))?;
     let lengths: Vec<f64> = segments.clone().map(|i| builder.segment(i).length).collect();
     let before: f64 = lengths.iter().take(segment - segments.start).sum();
@@ -120,8 +123,7 @@ pub(crate) fn feeds(builder: &mut Builder, source: &Source, entries: &[Spanned<f
             );
         }
         if joint.has_laws(model) {
-            let which =
-                "goes with an elastic rod, without `yield`, `strand_friction` and `relaxation`; or set `store = false`";
+            let which = "goes with an elastic rod, without `yield`, `strand_friction`, `relaxation` and `moment_table`; or set `store = false`";
             return source.wrong(entry.span(), which);
         }
         if joint.is_behind_another(model) {

@@ -26,7 +26,7 @@ pub(crate) use body::{Body, BodyShape, Mesh as BodyMesh};
 pub(crate) use contact::{Capsule, Contact, Friction, Obstacle, ObstacleShape, Sphere};
 pub(crate) use curve::{Between, Curve};
 pub(crate) use eyelet::{Eyelet, Feed};
-pub(crate) use law::{Relaxation, StrandFriction, Yield};
+pub(crate) use law::{MomentTable, Relaxation, StrandFriction, Strength, Unloading, Yield};
 pub(crate) use list::List;
 pub(crate) use load::Load;
 pub(crate) use many::{Copies, Heap, Net, Strands};
@@ -150,6 +150,8 @@ pub(crate) struct Rod {
     pub(crate) r#yield: Option<Spanned<Yield>>,
     pub(crate) strand_friction: Option<Spanned<StrandFriction>>,
     pub(crate) relaxation: Option<Relaxation>,
+    pub(crate) moment_table: Option<Spanned<MomentTable>>,
+    pub(crate) strength: Option<Spanned<Strength>>,
     pub(crate) frame: Option<Frame>,
     pub(crate) twist_deg: Option<Number>,
     pub(crate) rest: Option<Rest>,

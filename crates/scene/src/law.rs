@@ -1,9 +1,9 @@
-//! From a rod's keys to the law of its joints: plasticity, friction between strands, relaxation.
+//! From a rod's keys to the law of its joints: plasticity, friction between strands, relaxation, tables.
 
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use rod::{JointLaw, MaxwellBranch, Plasticity, RodSpec, StrandFriction};
+use rod::{JointLaw, MaxwellBranch, MomentTable, Plasticity, RodSpec, StrandFriction, Unloading};
 use toml::Spanned;
 
 use crate::error::{Result, Source, short};
@@ -16,11 +16,12 @@ pub(crate) fn laws(source: &Source, rod: &format::Rod, spec: &RodSpec, segments:
         rod.r#yield.as_ref().map(Spanned::span),
         rod.strand_friction.as_ref().map(Spanned::span),
         rod.relaxation.as_ref().map(Spanned::span),
+        rod.moment_table.as_ref().map(Spanned::span),
     ];
     let mut given = given.into_iter().flatten();
     let Some(span) = given.next() else { return Ok(Vec::new()) };
     if let Some(second) = given.next() {
-        return source.wrong(second, "give one of `yield`, `strand_friction` and `relaxation`");
+        return source.wrong(second, "give one of `yield`, `strand_friction`, `relaxation` and `moment_table`");
     }
     if rod.tree.is_some() {
         return source.wrong(span, "the joints of trees are elastic; leave it out");
@@ -33,6 +34,9 @@ pub(crate) fn laws(source: &Source, rod: &format::Rod, spec: &RodSpec, segments:
         let moment = source.positive(moment_n_m, "N m")?;
         let stiffness = source.positive(stiffness_n_m2, "N m^2")?;
         return Ok(vec![JointLaw::Friction(StrandFriction { moment, stiffness })]);
+    }
+    if let Some(own) = &rod.moment_table {
+        return table(source, own);
     }
     rod.relaxation.as_ref().map_or(Ok(Vec::new()), |own| relaxation(source, own))
 }
@@ -83,4 +87,43 @@ fn relaxation(source: &Source, given: &format::Relaxation) -> Result<Vec<JointLa
         Ok(MaxwellBranch { share, time: source.positive(&branch.time_s, "s")? })
     });
     Ok(vec![JointLaw::Viscoelastic(branches.collect::<Result<Vec<_>>>()?)])
+}
+
+fn table(source: &Source, given: &Spanned<format::MomentTable>) -> Result<Vec<JointLaw>> {
+    let format::MomentTable { curvatures_per_m, moments_n_m, unloading } = given.get_ref();
+    let (curvatures, moments) = (curvatures_per_m.get_ref(), moments_n_m.get_ref());
+    if curvatures.is_empty() {
+        return source.wrong(curvatures_per_m.span(), "there must be at least one point beside the origin");
+    }
+    if curvatures.len() != moments.len() {
+        let message = format!("{} moments, but there must be one a curvature ({})", moments.len(), curvatures.len());
+        return source.wrong(moments_n_m.span(), &message);
+    }
+    let unloading = match unloading {
+        format::Unloading::Elastic => Unloading::Elastic,
+        format::Unloading::Masing => Unloading::Masing,
+    };
+    let (mut points, mut slopes): (Vec<[f64; 2]>, Vec<f64>) = (Vec::new(), Vec::new());
+    for (curvature, moment) in curvatures.iter().zip(moments) {
+        let point = [source.positive(curvature, "1/m")?, source.positive(moment, "N m")?];
+        let before = points.last().copied().unwrap_or_default();
+        if point[0] <= before[0] {
+            return source.must_be(curvature.span(), &format!("more than the one before, {} [1/m]", short(before[0])));
+        }
+        let slope = (point[1] - before[1]) / (point[0] - before[0]);
+        let (first, last) = (slopes.first().unwrap_or(&slope), slopes.last().unwrap_or(&slope));
+        let at = |slope: f64| short(before[1] + slope * (point[0] - before[0]));
+        if slope < 1e-3 * first {
+            let least = at(1e-3 * first);
+            let allowed = format!("{least} [N m] or more: the curve rises by 0.001 of its first slope at least");
+            return source.must_be(moment.span(), &allowed);
+        }
+        if unloading == Unloading::Masing && slope > last * (1.0 + 1e-9) {
+            let allowed = format!("{} [N m] or less: by Masing's rule the curve gets no steeper", at(*last));
+            return source.must_be(moment.span(), &allowed);
+        }
+        points.push(point);
+        slopes.push(slope);
+    }
+    Ok(vec![JointLaw::Tabulated(MomentTable { points, unloading })])
 }

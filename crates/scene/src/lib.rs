@@ -50,6 +50,7 @@ mod set;
 mod shape;
 mod strain;
 mod strands;
+mod strength;
 mod table;
 mod text;
 mod tree;

@@ -33,6 +33,9 @@ fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Pulley>, 
         return source.wrong(own.rod.span(), "is closed, but rods on pulleys have ends");
     }
     let segments = rod.segments.clone();
+    if builder.assembly.model_mut().can_break(&segments) {
+        return source.wrong(own.rod.span(), "must be a rod that does not break, without `strength`");
+    }
     let middle = source.vector(&own.centre_m, "m")?;
     let axis = Unit::new_normalize(source.direction(&own.axis)?);
     let radius = source.positive(&own.radius_m, "m")?;

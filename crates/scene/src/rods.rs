@@ -17,6 +17,7 @@ use crate::refine::mean;
 use crate::shape::number_or;
 use crate::strain::strains;
 use crate::strands::Strands;
+use crate::strength::strengths;
 use crate::tree::Growth;
 use crate::{MAX_SEGMENTS, branch, format, properties, section};
 
@@ -152,6 +153,7 @@ fn spec(builder: &mut Builder, source: &Source, rod: &format::Rod, branch_of: Op
     };
     spec.strains = strains(source, rod, &spec)?;
     spec.laws = laws(source, rod, &spec, parts)?;
+    spec.strengths = strengths(source, rod, &spec.nodes, closed)?;
     Ok(spec)
 }
 

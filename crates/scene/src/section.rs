@@ -124,7 +124,7 @@ fn check_moduli(source: &Source, rod: &format::Rod, places: &[&Spanned<format::S
 }
 
 /// Fractions of the rod's length at which pieces end, but for the last.
-fn ends(source: &Source, pieces: &Spanned<Vec<format::Piece>>) -> Result<Vec<f64>> {
+pub(crate) fn ends(source: &Source, pieces: &Spanned<Vec<format::Piece>>) -> Result<Vec<f64>> {
     let Some((last, others)) = pieces.get_ref().split_last() else {
         return source.wrong(pieces.span(), "there must be at least one piece");
     };
@@ -146,7 +146,7 @@ fn ends(source: &Source, pieces: &Spanned<Vec<format::Piece>>) -> Result<Vec<f64
 }
 
 /// Places of the segments' centres, in fractions of the rod's length.
-fn centres(nodes: &[Vector3<f64>], closed: bool) -> impl Iterator<Item = f64> {
+pub(crate) fn centres(nodes: &[Vector3<f64>], closed: bool) -> impl Iterator<Item = f64> {
     let count = nodes.len() - usize::from(!closed);
     let lengths: Vec<f64> = (0..count).map(|i| (nodes[(i + 1) % nodes.len()] - nodes[i]).norm()).collect();
     let whole: f64 = lengths.iter().sum();

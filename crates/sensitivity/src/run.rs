@@ -72,6 +72,7 @@ fn check(model: &Model) -> Result<(), DerivativeError> {
     let surfaces = contacts.between_segments.iter().chain(contacts.obstacles.iter().map(|obstacle| &obstacle.surface));
     refuse(surfaces.into_iter().any(|surface| surface.restitution > 0.0), "contacts that bounce")?;
     refuse(contacts.allow_overlap, "overlaps at the start")?;
+    refuse(!model.breakable.is_empty(), "joints that can break")?;
     check_all(model)
 }
 

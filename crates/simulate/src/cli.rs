@@ -323,6 +323,7 @@ impl RunArgs {
             contact_forces,
             eyelets: &scene.eyelets,
             pulleys: &scene.pulleys,
+            breaks: !scene.model.breakable.is_empty(),
             envelope,
             snapshot: self.wants_snapshot(),
             formats: &self.export,

@@ -16,6 +16,7 @@ use serde::Serialize;
 use terminal::Progress;
 use view::Recorder;
 
+use crate::breaks::BREAKS;
 use crate::going_on::{Label, SNAPSHOT, hash_of_segments, write_snapshot};
 use crate::kept_scene::KeptScene;
 
@@ -59,6 +60,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) eyelets: &'a [String],
     /// Names of the pulleys, of which there is a table.
     pub(crate) pulleys: &'a [String],
+    /// Whether a table of the joints that break is wanted.
+    pub(crate) breaks: bool,
     /// Whether a table of the extremes of each segment is wanted.
     pub(crate) envelope: bool,
     /// Whether a snapshot of the end is wanted.
@@ -86,6 +89,7 @@ impl Wanted<'_> {
             contact_forces: false,
             eyelets: &[],
             pulleys: &[],
+            breaks: false,
             envelope: false,
             snapshot: false,
             formats: &[],
@@ -129,6 +133,7 @@ impl Wanted<'_> {
         let of_contacts = [CONTACTS].into_iter().filter(|_| self.contact_forces);
         let of_eyelets = [EYELETS].into_iter().filter(|_| !self.eyelets.is_empty());
         let of_pulleys = [PULLEYS].into_iter().filter(|_| !self.pulleys.is_empty());
+        let of_breaks = [BREAKS].into_iter().filter(|_| self.breaks);
         let of_envelope = [ENVELOPE].into_iter().filter(|_| self.envelope);
         let of_snapshot = [SNAPSHOT].into_iter().filter(|_| self.snapshot);
         let of_input = [INPUT].into_iter().filter(|_| self.input.is_some());
@@ -140,6 +145,7 @@ impl Wanted<'_> {
             .chain(of_contacts)
             .chain(of_eyelets)
             .chain(of_pulleys)
+            .chain(of_breaks)
             .chain(of_envelope)
             .chain(of_formats);
         of_motion

@@ -13,6 +13,7 @@ use serde::Serialize;
 use terminal::Progress;
 use view::{Frame, Pressing, Recorder};
 
+use crate::breaks::Breaks;
 use crate::curves::{self, Curves};
 use crate::files::{ENVELOPE, Files, Wanted, Written, names, write_player};
 use crate::going_on::Label;
@@ -241,7 +242,7 @@ impl<'a> Keep<'a> {
         scene: &Scene,
         summary: &impl Serialize,
         conditions: &Conditions,
-        envelope: Option<&Envelope>,
+        (envelope, breaks): (Option<&Envelope>, Option<&Breaks>),
         refused: Option<Error>,
         progress: &Progress,
     ) -> Result<Written> {
@@ -252,6 +253,9 @@ impl<'a> Keep<'a> {
         files.close(scene, summary, refused, progress, |directory| {
             if let Some(envelope) = envelope {
                 envelope.write(&directory.join(ENVELOPE), &scene.model, &names(scene, &scene.model))?;
+            }
+            if let Some(breaks) = breaks {
+                breaks.write(directory)?;
             }
             if let Some(samples) = &plots {
                 plots::write(directory, samples, conditions, &plots::FILES)?;

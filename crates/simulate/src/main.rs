@@ -6,6 +6,7 @@ mod at_rest;
 mod braked;
 mod braking;
 mod branches;
+mod breaks;
 mod choice;
 mod chosen;
 mod cli;

@@ -190,7 +190,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         .map(|mut keep| {
             // The snapshot first: it takes the least room and is worth the most.
             let unsaved = snapshot.as_ref().and_then(|snapshot| keep.write_snapshot(&label, snapshot).err());
-            keep.close(&told, &summary, &conditions, envelope, refused.or(unsaved), &progress)
+            keep.close(&told, &summary, &conditions, (envelope, summary.breaks()), refused.or(unsaved), &progress)
         })
         .transpose()
         .context("--out");

@@ -107,10 +107,10 @@ pub(crate) fn begins_with_frame(scene: &Scene, begin: &BeginArgs) -> bool {
 /// Puts in the frame of another run from which the scene is to begin, if there is one.
 pub(crate) fn begin_with_frame(scene: &mut Scene, begin: &BeginArgs) -> Result<Vec<Hold>> {
     let Some((what, Origin { folder, frame })) = origin(scene, begin) else { return Ok(Vec::new()) };
-    if !scene.model.laws.is_empty() {
+    if !(scene.model.laws.is_empty() && scene.model.breakable.is_empty()) {
         bail!(
-            "{what}: a frame does not say what the joints with `yield`, `strand_friction` or `relaxation` remember; a run of this \
-             scene goes on from a snapshot alone, which a run with --snapshot leaves"
+            "{what}: a frame does not say what the joints with `yield`, `strand_friction`, `relaxation` or `moment_table` remember, and which with \
+             `strength` have broken; a run of this scene goes on from a snapshot alone, which a run with --snapshot leaves"
         );
     }
     let (path, frame) = (folder.join(TRAJECTORY), *frame);

@@ -13,6 +13,7 @@ use terminal::say;
 
 use crate::apart::Apart;
 use crate::braked::Braked;
+use crate::breaks::Breaks;
 use crate::coarse::TooCoarse;
 use crate::files::Written;
 use crate::held::Hold;
@@ -160,6 +161,9 @@ pub(crate) struct Summary {
     /// What joints that are not elastic lost and kept; missing where all are elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     inelastic: Option<Inelastic>,
+    /// The joints that broke; missing where none can.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    breaks: Option<Breaks>,
     /// What was held otherwise than the scene says, or was taken hold of on the way.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     held: Vec<Hold>,
@@ -253,9 +257,15 @@ impl Summary {
             probes: None,
             eyelets: None,
             inelastic: Inelastic::of(scene, state),
+            breaks: Breaks::of(scene, &simulation.breaks()),
             held: held.collect(),
             final_state_hash: hash(state),
         }
+    }
+
+    /// The joints that broke, where any can.
+    pub(crate) fn breaks(&self) -> Option<&Breaks> {
+        self.breaks.as_ref()
     }
 
     /// The same with what the probes have read.
@@ -317,6 +327,9 @@ impl Summary {
         say!("energy: {start} J at the start, {end} J at the end, {highest} J at its highest")?;
         if let Some(inelastic) = &self.inelastic {
             say!("{inelastic}")?;
+        }
+        if let Some(breaks) = &self.breaks {
+            say!("{breaks}")?;
         }
         if let Some(swing) = &self.too_coarse {
             say!("{swing}")?;

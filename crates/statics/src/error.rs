@@ -1,6 +1,6 @@
 //! Why there is no static analysis.
 
-use rod::{Model, ModelError};
+use rod::{JointForce, Model, ModelError, State, Strength};
 use thiserror::Error;
 
 use crate::params::StaticParamsError;
@@ -35,6 +35,23 @@ pub enum StaticError {
     /// Joints with laws where nothing knows of them.
     #[error("{0} knows elastic joints alone, but joint {1} of the model has a law; run it with damping instead")]
     Inelastic(&'static str, usize),
+    /// Joints that can break where nothing knows of them.
+    #[error("{0} knows no joints that break, but joint {1} of the model can; run it with damping instead")]
+    Breakable(&'static str, usize),
+    /// In equilibrium a joint would bear more than it can.
+    #[error("joint {joint} breaks: in equilibrium it would bear {of} of {load:e} {unit}, and it bears {most:e} {unit}")]
+    Breaks {
+        /// The joint of which most is asked for what it bears.
+        joint: usize,
+        /// What it would bear: a tension [N], a bending moment [N m] or a curvature beyond rest [1/m].
+        of: &'static str,
+        /// How much.
+        load: f64,
+        /// How much it bears.
+        most: f64,
+        /// Of both.
+        unit: &'static str,
+    },
     /// Forces push what nothing holds.
     #[error(
         "an equilibrium needs grips, clamps or fixed segments, but nothing holds the rods of segment {segment}, and their \
@@ -74,6 +91,32 @@ pub(super) fn only_elastic(model: &Model, what: &'static str) -> Result<(), Stat
         return Err(StaticError::Pulleys(what));
     }
     if model.sliding_joints.is_empty() { Ok(()) } else { Err(StaticError::Sliding(what)) }
+}
+
+/// Refuses a model with joints that can break for `what`, which knows none.
+pub(super) fn unbreakable(model: &Model, what: &'static str) -> Result<(), StaticError> {
+    match model.breakable.first() {
+        None => Ok(()),
+        Some(own) => Err(StaticError::Breakable(what, own.joint)),
+    }
+}
+
+/// Refuses an equilibrium in which a joint bears more than it can.
+pub(super) fn refuse_breaks(model: &Model, state: &State, forces: &[JointForce]) -> Result<(), StaticError> {
+    let asked = model.breakable.iter().map(|own| {
+        let joint = &model.joints[own.joint];
+        let load = Strength::asked(model, state, joint, &forces[own.joint]);
+        let (share, of) = own.strength.share(&load);
+        (share, of, own, load)
+    });
+    let worst = asked.max_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((_, of, own, load)) = worst.filter(|(share, ..)| *share > 1.0) else { return Ok(()) };
+    let (of, unit, load, most) = [
+        ("a tension", "N", load.tension, own.strength.tension),
+        ("a moment", "N m", load.moment, own.strength.moment),
+        ("a curvature", "1/m", load.curvature, own.strength.curvature),
+    ][of];
+    Err(StaticError::Breaks { joint: own.joint, of, load, most, unit })
 }
 
 /// Refuses a model with contacts for `what`, which knows none.

@@ -42,7 +42,8 @@ const MOST_IN_WIND: usize = 300;
 ///
 /// # Errors
 /// If the model, the state or a parameter is not valid, the model has contacts that are not known
-/// ([`StaticError::UnknownContacts`]), or forces push what nothing holds ([`StaticError::DrivenOff`]). Not to converge is no error: see [`StaticReport::converged`].
+/// ([`StaticError::UnknownContacts`]), forces push what nothing holds ([`StaticError::DrivenOff`]), or a
+/// joint would bear more than it can ([`StaticError::Breaks`]). Not to converge is no error: see [`StaticReport::converged`].
 pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> Result<StaticReport, StaticError> {
     model.validate(state)?;
     params.validate()?;
@@ -99,6 +100,9 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
         report.stable = report.stable.zip(own.stable).map(|(all, own)| all && own);
         component.store_state(state, &members, 0);
         component.store_joint_forces(&mut report.forces, &members, 0);
+    }
+    if report.converged {
+        error::refuse_breaks(model, state, &report.forces)?;
     }
     Ok(report)
 }

@@ -15,7 +15,7 @@ use jointed::tangent::elimination::Elimination;
 use rod::{JointForce, Model, State};
 use tracer::{Found, Tracer};
 
-use crate::error::{StaticError, only_elastic, without_contacts};
+use crate::error::{StaticError, only_elastic, unbreakable, without_contacts};
 use crate::{StaticReport, equilibrium, is_windy};
 
 pub use params::PathParams;
@@ -111,6 +111,7 @@ pub fn path(
     model.validate(state)?;
     params.validate()?;
     only_elastic(model, "a path of equilibria")?;
+    unbreakable(model, "a path of equilibria")?;
     without_contacts(model, "a path of equilibria")?;
     if is_windy(model) {
         return Err(StaticError::Path("a scene without wind, whose drag has no energy"));

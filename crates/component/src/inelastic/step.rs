@@ -17,7 +17,7 @@ impl<T: Real> Component<T> {
     }
 
     /// Strain of a joint whose bodies are oriented so, in its rows [1/m].
-    fn strain_of(&self, joint: usize, [a, b]: [Quat<T>; 2]) -> Vector3<f64> {
+    pub(crate) fn strain_of(&self, joint: usize, [a, b]: [Quat<T>; 2]) -> Vector3<f64> {
         let [of_a, of_b] = self.extras.rests.get(joint).map_or([a, b], |rests| [a * rests[0], b * rests[1]]);
         let (terms, constants) = (&self.system.joints[joint], &self.joints[joint]);
         let strain = (of_a.conj() * of_b).upper().v * (T::splat(2.0) / terms.length) - constants.rest_darboux;

@@ -21,9 +21,13 @@ impl<T: Real> Component<T> {
     pub(crate) fn add_loose(&mut self, model: &Model, members: &Members, lane: usize) {
         for (k, &index) in members.joints.iter().enumerate() {
             let joint = &model.joints[index];
-            let (turns, open) = (turns(joint), model.is_open(joint));
+            let (turns, broken) = (turns(joint), joint.freedom == Freedom::Broken);
+            let open = !broken && model.is_open(joint);
             if turns != Turns::None || open {
-                self.released.push(Released { lane, joint: k, turns, open });
+                self.released.push(Released { lane, joint: k, turns, open, broken: false });
+            }
+            if broken {
+                self.set_broken(lane, k, true);
             }
         }
     }
@@ -45,10 +49,24 @@ impl<T: Real> Component<T> {
         for (joint, _) in ends.filter(|(_, ends)| ends.contains(&(anchor as u32))) {
             match self.released.iter_mut().find(|one| (one.lane, one.joint) == (lane, joint)) {
                 Some(one) => one.open = open,
-                None => self.released.push(Released { lane, joint, turns: Turns::None, open }),
+                None => self.released.push(Released { lane, joint, turns: Turns::None, open, broken: false }),
             }
         }
-        self.released.retain(|one| one.open || one.turns != Turns::None);
+        self.released.retain(|one| one.is_apart() || one.turns != Turns::None);
+    }
+
+    /// Makes a joint of a lane one that has broken, or one that has not.
+    pub(crate) fn set_broken(&mut self, lane: usize, joint: usize, broken: bool) {
+        match self.released.iter_mut().find(|one| (one.lane, one.joint) == (lane, joint)) {
+            Some(one) => one.broken = broken,
+            None => self.released.push(Released { lane, joint, turns: Turns::None, open: false, broken }),
+        }
+        self.released.retain(|one| one.is_apart() || one.turns != Turns::None);
+        self.broken.resize(self.system.topology.joints.len(), false);
+        self.broken[joint] = broken;
+        if self.broken.iter().all(|broken| !broken) {
+            self.broken.clear();
+        }
     }
 
     /// Opens the joints of a segment that goes into a store.
@@ -57,7 +75,7 @@ impl<T: Real> Component<T> {
             self.system.topology.joints.iter().enumerate().filter(|(_, ends)| ends.contains(&(body as u32)))
         {
             if !self.is_loose(joint, lane) {
-                self.released.push(Released { lane, joint, turns: Turns::None, open: true });
+                self.released.push(Released { lane, joint, turns: Turns::None, open: true, broken: false });
             }
         }
     }
@@ -78,8 +96,8 @@ impl<T: Real> Component<T> {
     #[inline(never)]
     pub(crate) fn follow_faces(&mut self) {
         for k in (0..self.released.len()).rev() {
-            let Released { lane, joint, open, .. } = self.released[k];
-            if !open {
+            let Released { lane, joint, open, broken, .. } = self.released[k];
+            if !open || broken {
                 continue;
             }
             let [a, b] = self.system.topology.joints[joint].map(|body| body as usize);
@@ -116,7 +134,8 @@ impl<T: Real> Component<T> {
     #[inline(never)]
     pub(crate) fn free_rows(&mut self) {
         for k in 0..self.released.len() {
-            let Released { lane, joint, turns, open } = self.released[k];
+            let Released { lane, joint, turns, open, broken } = self.released[k];
+            let open = open || broken;
             let [a, b] = self.system.topology.joints[joint].map(|body| body as usize);
             let (mut first, mut second) = (self.poses[a].q, self.poses[b].q);
             if let Some(rests) = self.extras.rests.get(joint) {
@@ -176,23 +195,23 @@ impl<T: Real> Component<T> {
     /// Drops what free rows answered in a linear solve.
     #[inline]
     pub fn drop_free(&mut self) {
-        for Released { lane, joint, turns, open } in &self.released {
-            let own = &mut self.dlambda[*joint];
-            *own = masked(*own, *lane, *turns, *open);
+        for one in &self.released {
+            let own = &mut self.dlambda[one.joint];
+            *own = masked(*own, one);
         }
     }
 
     /// Rows of a joint, zero where it is free.
     pub(crate) fn without_free_rows(&self, joint: usize, x: Spatial<T>) -> Spatial<T> {
         let own = self.released.iter().filter(|one| one.joint == joint);
-        own.fold(x, |x, &Released { lane, turns, open, .. }| masked(x, lane, turns, open))
+        own.fold(x, masked)
     }
 
     /// Drops what a guess says of multipliers of free rows.
     pub(crate) fn drop_free_multipliers(&mut self) {
-        for Released { lane, joint, turns, open } in &self.released {
-            let own = &mut self.lambda[*joint];
-            *own = masked(*own, *lane, *turns, *open);
+        for one in &self.released {
+            let own = &mut self.lambda[one.joint];
+            *own = masked(*own, one);
         }
     }
 }
@@ -200,12 +219,12 @@ impl<T: Real> Component<T> {
 impl Component<f64> {
     /// Joints that turn freely about one axis.
     pub fn hinges(&self) -> impl Iterator<Item = usize> {
-        self.released.iter().filter(|one| one.turns == Turns::One && !one.open).map(|one| one.joint)
+        self.released.iter().filter(|one| one.turns == Turns::One && !one.is_apart()).map(|one| one.joint)
     }
 
     /// Holds the free rows of hinges of the last evaluation by what the joints bend by.
     pub fn hold_hinges(&mut self) {
-        for one in self.released.iter().filter(|one| one.turns == Turns::One && !one.open) {
+        for one in self.released.iter().filter(|one| one.turns == Turns::One && !one.is_apart()) {
             self.system.joints[one.joint].twist_extra = 0.0;
         }
     }
@@ -219,15 +238,16 @@ impl Component<f64> {
 
 fn turns(joint: &Joint) -> Turns {
     match joint.freedom {
-        Freedom::None => Turns::None,
+        Freedom::None | Freedom::Broken => Turns::None,
         Freedom::Ball => Turns::All,
         Freedom::Hinge => Turns::One,
     }
 }
 
 /// Multipliers of a joint without those of its free rows.
-fn masked<T: Real>(x: Spatial<T>, lane: usize, turns: Turns, open: bool) -> Spatial<T> {
-    let mut out = x;
+fn masked<T: Real>(x: Spatial<T>, one: &Released) -> Spatial<T> {
+    let Released { lane, turns, .. } = *one;
+    let (mut out, open) = (x, one.is_apart());
     if open {
         put(&mut out.linear, lane, [0.0; 3]);
     }

@@ -84,14 +84,15 @@ impl Island<'_> {
         }
     }
 
-    /// Goes back to the start of the step, however it was done.
-    pub(super) fn undo(&mut self) {
+    /// Goes back to the start of the step at a time [s], however it was done.
+    pub(super) fn undo(&mut self, time: f64) {
         if std::mem::take(&mut self.workspace.is_open) {
             self.roll_back();
         } else {
             let Self { sets, workspace, .. } = &mut *self;
             workspace.start.read(|visitor| sets.iter_mut().for_each(|set| set.visit_state(visitor)));
         }
+        self.sets.iter_mut().for_each(|set| set.component.mend(time));
         self.workspace.substeps.clear();
     }
 
@@ -396,6 +397,10 @@ impl Steps for Island<'_> {
             set.component.pushed.fill(Spatial::zero());
         }
         self.stage.roll_back();
+    }
+
+    fn break_joints(&mut self) -> bool {
+        self.sets.iter_mut().fold(false, |any, set| set.component.break_joint() | any)
     }
 
     fn restart(&mut self) {

@@ -9,7 +9,8 @@ use nalgebra::Vector3;
 use rod::measure::{dissipated, energy};
 use rod::{
     Assembly, Body, Change, Changing, Driven, InnerDamping, Integrator, Interpolation, JointLaw, Keyframe, Load,
-    Material, MaxwellBranch, Model, Motion, Plasticity, RodSpec, State, StrandFriction, Track, shape,
+    Material, MaxwellBranch, Model, MomentTable, Motion, Plasticity, RodSpec, State, StrandFriction, Track, Unloading,
+    shape,
 };
 
 const LENGTH: f64 = 1.0;
@@ -410,5 +411,66 @@ fn what_is_not_known_is_refused() {
         let case = cantilever(&law, &[(0.0, Vector3::zeros())], 0.0);
         let found = case.0.validate(&case.1).unwrap_err().to_string();
         assert!(found.contains(what), "{found}");
+    }
+}
+
+/// Slopes of the wire's stiffness, of a half and of a fifth of it.
+fn table(unloading: Unloading) -> JointLaw {
+    let stiffness = bending();
+    let points = vec![[0.1, 0.1 * stiffness], [0.3, 0.2 * stiffness], [0.8, 0.3 * stiffness]];
+    JointLaw::Tabulated(MomentTable { points, unloading })
+}
+
+/// Curvature at which the table bears a moment.
+fn bent_by(moment: f64) -> f64 {
+    match moment / bending() {
+        m if m <= 0.1 => m,
+        m if m <= 0.2 => 0.1 + (m - 0.1) / 0.5,
+        m => 0.3 + (m - 0.2) / 0.2,
+    }
+}
+
+#[test]
+fn a_wire_follows_a_table_of_moments_and_goes_back_by_its_rule() {
+    let most = 0.35 * bending();
+    let torque: Vec<_> = [0.0, most, most, 0.0, 0.0].map(|m| Vector3::y() * m).into();
+    let track: Vec<_> = [0.0, 2.0, 3.0, 5.0, 6.0].into_iter().zip(torque).collect();
+    for integrator in [Integrator::Euler, Integrator::Bdf2] {
+        for unloading in [Unloading::Elastic, Unloading::Masing] {
+            let case = cantilever(&table(unloading), &track, 1e-3);
+            let mut seen = Vec::new();
+            let (simulation, state) = run(&case, &settings(integrator), (0.02, 300), |_, state| {
+                seen.push(angle(state, &Vector3::y()));
+            });
+            // Masing: the way back is the curve at twice its size.
+            let left = match unloading {
+                Unloading::Elastic => 0.0,
+                Unloading::Masing => bent_by(most) - 2.0 * bent_by(0.5 * most),
+            };
+            let (half, top, end) = (seen[49], seen[149], seen[299]);
+            println!(
+                "{integrator:?} {unloading:?}: {half} {top} {end} {left}, iterations {}",
+                simulation.counters().iterations
+            );
+            assert!((half / bent_by(0.5 * most) - 1.0).abs() < 0.01, "{half} of {}", bent_by(0.5 * most));
+            assert!((top / bent_by(most) - 1.0).abs() < 0.01, "{top} of {}", bent_by(most));
+            assert!((end - left).abs() < 0.01 * bent_by(most), "{end} of {left}");
+            assert_eq!(dissipated(&case.0, &state) > 0.0, unloading == Unloading::Masing);
+        }
+    }
+}
+
+#[test]
+fn loops_by_masings_rule_take_their_area() {
+    let most = 0.35 * bending();
+    // Steps of the end's curvature: 8 times the energy of the curve less 4 times moment and curvature.
+    let bent = bent_by(most);
+    let energy = bending() * (0.5 * 0.1 * 0.1 + 0.15 * 0.2 + 0.5 * (0.2 + 0.35) * (bent - 0.3));
+    let expected = 8.0 * energy - 4.0 * most * bent;
+    for integrator in [Integrator::Euler, Integrator::Bdf2] {
+        let [work, lost, largest] = cycle(&table(Unloading::Masing), Vector3::y(), most, integrator);
+        println!("{integrator:?}: {work} {lost} {expected}, {largest} {bent}");
+        assert!((lost / expected - 1.0).abs() < 0.01, "{lost} of {expected}");
+        assert!((work / expected - 1.0).abs() < 0.01, "{work} of {expected}");
     }
 }

@@ -3,6 +3,7 @@
 mod allocation;
 mod apart;
 mod batch;
+mod breaking;
 mod cg;
 mod common;
 mod contact_forces;

@@ -210,7 +210,7 @@ impl Draft {
             return;
         }
         let moment = short(weight * self.size * self.size * self.added.even_log(0.01, 10.0));
-        match self.added.whole(0, 2) {
+        match self.added.whole(0, 3) {
             0 => {
                 let torque = short(moment * self.added.uniform(0.5, 1.5));
                 let [isotropic, kinematic] =
@@ -222,6 +222,16 @@ impl Draft {
                 let stiffness = short(moment * self.size * self.added.even_log(0.1, 10.0));
                 put!(self, "strand_friction = {{ moment_n_m = {moment:?}, stiffness_n_m2 = {stiffness:?} }}");
             }
+            2 => {
+                let (bent, share) = (self.added.even_log(0.1, 10.0) / self.size, self.added.even_log(0.01, 0.9));
+                let curvatures = [short(bent), short(3.0 * bent)];
+                let moments = [short(moment), short(moment * (1.0 + 2.0 * share))];
+                let unloading = if self.added.chance(0.5) { "masing" } else { "elastic" };
+                put!(
+                    self,
+                    "moment_table = {{ curvatures_per_m = {curvatures:?}, moments_n_m = {moments:?}, unloading = \"{unloading}\" }}"
+                );
+            }
             _ => {
                 let branches = (0..self.added.whole(1, 3)).map(|_| {
                     let (share, time) = (self.added.uniform(0.02, 0.3), self.added.even_log(0.1, 1000.0) * self.dt);
@@ -231,6 +241,22 @@ impl Draft {
                 put!(self, "relaxation = [{}]", branches.join(", "));
             }
         }
+    }
+
+    /// Joints that can break, at a share of what the rod's own weight asks of them, or at many times it.
+    fn strength(&mut self, weight: f64) {
+        if !self.is_newton || !self.added.chance(0.12) {
+            return;
+        }
+        let mut times = || self.added.even_log(0.1, 100.0);
+        let force = weight * self.size;
+        let (tension, moment, curvature) = (force * times(), force * self.size * times(), 0.1 * times() / self.size);
+        let key = match self.added.whole(0, 2) {
+            0 => format!("tension_n = {:?}", short(tension)),
+            1 => format!("moment_n_m = {:?}", short(moment)),
+            _ => format!("curvature_per_m = {:?}", short(curvature)),
+        };
+        put!(self, "strength = {{ {key} }}");
     }
 
     pub(super) fn rod(&mut self) {
@@ -247,6 +273,7 @@ impl Draft {
         let [radius, weight] = self.material(parent.as_ref().map_or(most, |parent| most.min(parent.2)));
         self.making(&shape);
         self.law(weight);
+        self.strength(weight);
         if let Some((parent, segments, _)) = &parent {
             let (segment, fraction) = (self.random.whole(0, segments - 1), self.random.pick(&[1.0, 1.0, 0.5, 0.3]));
             put!(self, "branch_of = {{ rod = \"{parent}\", segment = {segment}, fraction = {fraction:?} }}");

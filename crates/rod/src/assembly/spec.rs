@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::{InnerDamping, JointLaw, Material, ModelError, Section, Stretch};
+use crate::{InnerDamping, JointLaw, Material, ModelError, Section, Strength, Stretch};
 
 /// The shape in which a rod has no bend-twist energy.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +36,8 @@ pub struct RodSpec {
     pub inner_damping: InnerDamping,
     /// Law of the joints of every segment, or one a segment; none: elastic. It holds where the rod is clamped, too.
     pub laws: Vec<JointLaw>,
+    /// What the joints of every segment bear, or one a segment; none: they never break. It holds where the rod is clamped, too.
+    pub strengths: Vec<Strength>,
     /// Direction of d1 of the first segment, of any length; its part across the axis counts. `None`: the smallest rotation
     /// that takes world z to the axis takes world x to it. From there frames go on without twist, but for `twist`.
     pub d1: Option<Vector3<f64>>,
@@ -61,6 +63,7 @@ impl RodSpec {
             stretch: Stretch::ZERO_STRETCH,
             inner_damping: InnerDamping::NONE,
             laws: Vec::new(),
+            strengths: Vec::new(),
             d1: None,
             twist: 0.0,
             rest: RestShape::Initial,
@@ -99,6 +102,13 @@ impl RodSpec {
         )?;
         let laws = self.laws.len();
         check("laws", laws, laws <= 1 || laws == segments, format!("0, 1, or one a segment ({segments})"))?;
+        let strengths = self.strengths.len();
+        check(
+            "strengths",
+            strengths,
+            strengths <= 1 || strengths == segments,
+            format!("0, 1, or one a segment ({segments})"),
+        )?;
         if let RestShape::PerJoint(omegas) = &self.rest {
             let found = omegas.len();
             check("rest Darboux vectors", found, found == joints, format!("one a joint ({joints})"))?;

@@ -24,7 +24,7 @@ impl Model {
             if let Some(&least) = joint.bend_twist_compliance().iter().find(|&&compliance| compliance <= 0.0) {
                 return value("compliance of bending or twist", least, "> 0");
             }
-            if joint.freedom != Freedom::None {
+            if !matches!(joint.freedom, Freedom::None | Freedom::Broken) {
                 return value("joint that turns freely", own.joint as f64, "a joint that leaves nothing free");
             }
             if index > 0 && self.laws[index - 1].joint >= own.joint {

@@ -14,17 +14,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::variables::{Answer, InternalVariables};
+use super::variables::{Answer, InternalVariables, LEAST_HARDENING, RESOLVENT};
 use crate::Section;
-
-/// Both ratios of hardening add up to this at least, the rest being kinematic: without hardening the tangent is singular in the direction of flow, and
-/// nothing but inertia says which joints of a wire flow. A joint that has flowed by 10 times its elastic curvature bears 1 % more than without it. The same wire has 13 of 200 steps
-/// halved with this, 22 with a tenth of it.
-const LEAST_HARDENING: f64 = 1e-3;
-
-/// r of [`Plasticity::resolve`] over the elastic stiffness. A steel wire that grips bend to and fro takes 823, 961 and 1088 iterations for 200 steps with
-/// 1, 0.1 and 0.01 at a hardening of 0.01, of which 5, 0 and 0 steps are halved; with 0.003 1147, 1125 and 2134, of which 9, 1 and 9.
-const RESOLVENT: f64 = 0.1;
 
 /// How a joint yields.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -34,3 +34,31 @@ pub(crate) struct Branch {
 
 /// Branches.
 pub(crate) type Relaxation = Spanned<Vec<Branch>>;
+
+/// What joints bear before they break.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Strength {
+    pub(crate) tension_n: Option<Number>,
+    pub(crate) moment_n_m: Option<Number>,
+    pub(crate) curvature_per_m: Option<Number>,
+}
+
+/// Bending by a table of moment over curvature.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MomentTable {
+    pub(crate) curvatures_per_m: Spanned<Vec<Number>>,
+    pub(crate) moments_n_m: Spanned<Vec<Number>>,
+    #[serde(default)]
+    pub(crate) unloading: Unloading,
+}
+
+/// How it unloads.
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Unloading {
+    #[default]
+    Elastic,
+    Masing,
+}

@@ -53,6 +53,7 @@ pub(crate) struct Stiffness {
 pub(crate) struct Piece {
     pub(crate) until: Option<Number>,
     pub(crate) section: Spanned<Section>,
+    pub(crate) strength: Option<Spanned<super::law::Strength>>,
 }
 
 #[derive(Deserialize)]

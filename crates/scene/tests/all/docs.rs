@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../../README.md");
 const RECIPES: &str = include_str!("../../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 68] = [
+const PROBES: [&str; 70] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -76,6 +76,8 @@ const PROBES: [&str; 68] = [
     "rods = [{ yield.zzz = 1 }]",
     "rods = [{ strand_friction.zzz = 1 }]",
     "rods = [{ relaxation = [{ zzz = 1 }] }]",
+    "rods = [{ moment_table.zzz = 1 }]",
+    "rods = [{ strength.zzz = 1 }]",
 ];
 
 #[test]

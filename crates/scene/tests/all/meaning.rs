@@ -27,7 +27,7 @@ fn names_and_ranges() {
     let net: Vec<_> = net.iter().map(String::as_str).collect();
     let curved = ["helix", "arc", "ring"];
     let own = ["knot", "cable", "strip", "mast", "stack/0", "stack/1"];
-    let inelastic = ["wire", "thin-wire", "stranded", "polymer"];
+    let inelastic = ["wire", "thin-wire", "stranded", "polymer", "glass", "hose"];
     let parts = [&["trunk"], &grown[..], &["rod-1", "twig"], &sapling, &curved, &strands, &own, &inelastic];
     let parts = [&parts[..], &[&ropes, &copies, &net]].concat();
     assert_eq!(names, parts.concat());

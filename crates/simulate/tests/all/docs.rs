@@ -78,6 +78,10 @@ fn every_file_and_every_column_is_documented() {
     let output = run(&["zip-line", "--steps", "1", "--quiet", "--out", ring.to_str().expect("UTF-8")]);
     assert_eq!(texts(&output), (Some(0), "", ""));
     assert_named("`eyelets.csv`", read(&ring, "eyelets.csv").lines().next().expect("a header").split(','));
+    let glass = folder.path().join("glass");
+    let output = run(&["spaghetti", "--steps", "1", "--quiet", "--out", glass.to_str().expect("UTF-8")]);
+    assert_eq!(texts(&output), (Some(0), "", ""));
+    assert_named("`breaks.csv`", read(&glass, "breaks.csv").lines().next().expect("a header").split(','));
     assert_named("`envelope.csv`", header("envelope.csv").split(','));
     let snapshot = fs::read(out.join("snapshot.safetensors")).expect("a snapshot");
     let (_, metadata) = SafeTensors::read_metadata(&snapshot).expect("a safetensors file");
@@ -121,7 +125,11 @@ fn every_file_and_every_column_is_documented() {
     for key in keys(&bent["inelastic"]).into_iter().chain(keys(&bent["inelastic"]["plastic"])) {
         assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");
     }
-    let others = equilibria.iter().chain([&probed, &sliding, &bent]).flat_map(keys).chain(told);
+    let broken = json(&["spaghetti", "--steps", "400"]);
+    for key in keys(&broken["breaks"][0]) {
+        assert!(DOCS.contains(&format!("`{key}`")), "{key}");
+    }
+    let others = equilibria.iter().chain([&probed, &sliding, &bent, &broken]).flat_map(keys).chain(told);
     assert_named("`summary.json`", keys(&summary).into_iter().chain(others));
     for key in keys(&summary["names"]) {
         assert!(section("`summary.json`").contains(&format!("`{key}`")), "{key}");

@@ -127,12 +127,21 @@ class RunTubes {
     this.tubes.upload();
   }
 
-  /** Place and frame at an end of a segment: the mean of its own and those of the neighbour there. */
+  /** Whether a neighbour's end is not so far away that the joint to it must have broken: by three times both halves of the segment. */
+  #isNear(i, side, neighbour) {
+    const { ends, half } = this;
+    let squared = 0;
+    for (let k = 0; k < 3; k++) squared += (ends[6 * i + 3 * side + k] - ends[6 * neighbour + 3 * (1 - side) + k]) ** 2;
+    return squared <= (3 * half[i] + 3 * half[neighbour]) ** 2 || half[i] === 0 || half[neighbour] === 0;
+  }
+
+  /** Place and frame at an end of a segment: the mean of its own and those of the neighbour there, if they are joined. */
   #end(i, side, neighbour, at) {
     const { poses, ends } = this;
     const { floats } = this.tubes;
-    const other = neighbour < 0 ? i : neighbour;
-    const otherSide = neighbour < 0 ? side : 1 - side;
+    const isJoined = neighbour >= 0 && this.#isNear(i, side, neighbour);
+    const other = isJoined ? neighbour : i;
+    const otherSide = isJoined ? 1 - side : side;
     for (let k = 0; k < 3; k++) floats[at + k] = (ends[6 * i + 3 * side + k] + ends[6 * other + 3 * otherSide + k]) / 2;
     const [p, q] = [7 * i + 3, 7 * other + 3];
     let along = 0;

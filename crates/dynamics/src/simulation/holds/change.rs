@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use component::Change;
 use component::snapshot::StateVisitor;
+use component::{Change, Component};
 use jointed::linear::solvers::SolverKind;
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Body, Driven, Model, Motion, Pose};
@@ -80,7 +80,7 @@ impl Simulation {
     }
 
     /// Makes of `model`, which must be the simulation's, what changes over time as it is now: loads and gravity, what is
-    /// held, where anchors are, and where its grips have taken hold. What one reads off a model and a state expects that:
+    /// held, where anchors are, which joints have broken, and where its grips have taken hold. What one reads off a model and a state expects that:
     /// energies, [`rod::Reaction`].
     pub fn store_model(&mut self, model: &mut Model) {
         for Scheduled { index, driven, .. } in &self.schedule {
@@ -97,6 +97,9 @@ impl Simulation {
             segment.fixed = *held;
         }
         model.open = (0..self.open.len()).filter(|anchor| self.open[*anchor]).collect();
+        for (joint, freedom) in self.singles().flat_map(Component::breakable_joints) {
+            model.joints[joint].freedom = freedom;
+        }
         for k in 0..self.moved_anchors.len() {
             let anchor = self.moved_anchors[k];
             if let Some(pose) = self.pose(Body::Anchor(anchor)) {
