@@ -65,7 +65,8 @@ mod tests {
             let end = 1.0 + apart * k as f64 / 9.0;
             [0.0, 0.1, end, end + 0.1].map(|x| Vector3::new(x, 0.0, 0.0)).to_vec()
         };
-        Way::of_grips(&(0..10).map(frame).collect::<Vec<_>>(), [[1, 0], [2, 3]])
+        let time: Vec<f64> = (0..10).map(f64::from).collect();
+        Way::of_grips(&time, &(0..10).map(frame).collect::<Vec<_>>(), [[1, 0], [2, 3]])
     }
 
     #[test]

@@ -95,7 +95,7 @@ impl Film {
 
     /// The ways of its grips.
     pub fn way(&self) -> Way {
-        Way::of_grips(&self.guess, self.markers.grips)
+        Way::of_grips(&self.time, &self.guess, self.markers.grips)
     }
 
     /// So many parts of it, one after the other, each beside its part of the recording: of a part all that was recorded before and after it is lost.

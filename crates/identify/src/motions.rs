@@ -10,7 +10,8 @@ use crate::recording::{GRIPPED, Recording};
 const MOMENTS: usize = 25;
 
 /// The ways of two grips over the time of a recording, the same in every place and heading: where the end's grip is from the start's, how
-/// high both are above where they began [m], and where they point, which counts as a tenth of a metre.
+/// high both are above where they began [m], where they point, which counts as a tenth of a metre, and how fast they move, which counts as the
+/// way of a tenth of a second.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Way(Vec<f32>);
@@ -19,26 +20,34 @@ impl Way {
     /// That of a recording of a cable without branches.
     pub fn of(recording: &Recording) -> Self {
         let last = recording.count() - 1;
-        Self::of_grips(&recording.markers, [[GRIPPED - 1, 0], [last + 1 - GRIPPED, last]])
+        Self::of_grips(&recording.time, &recording.markers, [[GRIPPED - 1, 0], [last + 1 - GRIPPED, last]])
     }
 
-    /// That of grips with these inner and outer markers, over frames of markers; the same marker twice gives no direction.
+    /// That of grips with these inner and outer markers, over times [s] and frames of markers, two or more; the same marker twice gives no
+    /// direction.
     pub fn of_grips(
+        time: &[f64],
         frames: &[Vec<Vector3<f64>>],
         [[first, first_outer], [second, second_outer]]: [[usize; 2]; 2],
     ) -> Self {
         let begun = &frames[0];
         let chord = begun[second] - begun[first];
         let heading = Rotation3::from_axis_angle(&Vector3::z_axis(), -chord.y.atan2(chord.x));
-        let mut out: Vec<f64> = Vec::with_capacity(11 * MOMENTS);
+        let mut out: Vec<f64> = Vec::with_capacity(17 * MOMENTS);
         for moment in 0..MOMENTS {
-            let markers = &frames[moment * (frames.len() - 1) / (MOMENTS - 1)];
+            let frame = moment * (frames.len() - 1) / (MOMENTS - 1);
+            let markers = &frames[frame];
+            let from = frame.min(frames.len() - 2);
+            let interval = time[from + 1] - time[from];
             let (start, end) = (markers[first], markers[second]);
             out.extend((heading * (end - start)).iter());
             out.extend([start.z - begun[first].z, end.z - begun[second].z]);
             for (inner, outer) in [(start, markers[first_outer]), (end, markers[second_outer])] {
                 let direction = (outer - inner).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
                 out.extend((heading * direction * 0.1).iter());
+            }
+            for grip in [first, second] {
+                out.extend((heading * (frames[from + 1][grip] - frames[from][grip]) * (0.1 / interval)).iter());
             }
         }
         Self(out.into_iter().map(|x| x as f32).collect())
