@@ -14,7 +14,7 @@ mod part;
 mod search;
 
 use part::{Chord, Part};
-pub use search::{Of, Search, Stage};
+pub use search::{Dispersion, Of, Search, Stage};
 
 /// Where a search is.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -98,14 +98,13 @@ impl Quantity for Number {
 
     fn prior(self) -> Option<f64> {
         match self {
-            Self::Parent(Parameter::Roll) => Some(0.3),
-            Self::Parent(Parameter::OuterDamping) => Parameter::OuterDamping.prior(),
+            Self::Parent(Parameter::Roll) => Some(0.5),
             Self::Parent(_) => None,
-            Self::BranchBending(_) => Some(0.5),
-            Self::BranchMass(_) => Some(0.3),
-            Self::Side(_) => Some(0.3),
-            Self::Beside { .. } => Some(0.01),
-            Self::Curvature(_) => Some(1.0),
+            Self::BranchBending(_) => Some(1.0),
+            Self::BranchMass(_) => Some(0.5),
+            Self::Side(_) => Some(0.5),
+            Self::Beside { .. } => Some(0.02),
+            Self::Curvature(_) => Some(2.0),
             Self::Seen(_) => None,
         }
     }

@@ -3,7 +3,7 @@
 use cosserat::optimise::{Normal, Residuals};
 use nalgebra::DVector;
 
-use super::search::{Of, Search, Stage};
+use super::search::{Dispersion, Of, Search, Stage};
 use crate::predict::{Prediction, TOGETHER, are_in_time, predict, predict_each};
 use crate::quantity::Quantity;
 use crate::recording::Recording;
@@ -216,7 +216,10 @@ impl<S: Specimen> Residuals for Part<'_, S> {
     fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SpecimenError> {
         let runs = self.runs(&self.numbers(x))?;
         let normals = self.linearised(runs.here(), &runs);
-        self.dispersion = dispersion(&normals);
+        self.dispersion = match self.search.dispersion {
+            Dispersion::Scatter => scatter(&normals),
+            Dispersion::Recording => normals.iter().flatten().map(|own| own.loss).sum::<f64>() / normals.len() as f64,
+        };
         Ok(normals.iter().flatten().chain([&self.expected(x)]).sum())
     }
 }
@@ -269,9 +272,8 @@ impl<S: Specimen> Residuals for Chord<'_, S> {
     }
 }
 
-/// The dispersion of the loss over recordings [m^2]: by how much their gradients scatter over their curvatures, in the mean over the numbers. It is
-/// the variance of a residual where all are independent, and as much more as they are alike (quasi-likelihood; Wedderburn, Biometrika 61, 1974).
-fn dispersion(normals: &[Vec<Normal>]) -> f64 {
+/// By how much gradients of recordings scatter, over their curvatures, in the mean over the numbers [m^2].
+fn scatter(normals: &[Vec<Normal>]) -> f64 {
     let recordings: Vec<Normal> = normals.iter().map(|parts| parts.iter().sum()).collect();
     let count = recordings.first().map_or(0, |normal| normal.gradient.len());
     let of = |k: usize| {

@@ -8,7 +8,7 @@ use export::ExportError;
 use super::{Kind, Read};
 use crate::branched::{BranchedCable, Number, Numbers, Tree, scene};
 use crate::cable::Resolution;
-use crate::fit::{Search, Stage};
+use crate::fit::{Dispersion, Search, Stage};
 use crate::metric::{Errors, padded_places, padded_squares};
 use crate::predict::Prediction;
 use crate::recording::{
@@ -62,7 +62,7 @@ impl Kind for Tree {
             Stage { frames: None, every: 4, iterations: 10 },
             Stage { frames: None, every: 1, iterations: 4 },
         ];
-        Search { finer: 2, ..Search::of(Number::all(self), stages) }
+        Search { finer: 2, dispersion: Dispersion::Recording, ..Search::of(Number::all(self), stages) }
     }
 
     fn ways(&self, _: &Recording) -> Vec<Vec<usize>> {
