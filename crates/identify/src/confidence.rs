@@ -4,7 +4,7 @@ use cosserat::optimise::Normal;
 use nalgebra::{DMatrix, DVector};
 use report::significant;
 
-use crate::fit::Fit;
+use crate::fit::{Fit, LONGEST};
 use crate::quantity::Quantity;
 use crate::specimen::Numbers;
 
@@ -35,8 +35,6 @@ impl<Q: Quantity> Known<Q> {
 const QUANTILE: f64 = 1.959_964;
 /// Widest interval that counts as determined, in factors or, of quantities that may be zero, in shares of their bounds.
 const WIDEST: [f64; 2] = [30.0, 0.5];
-/// Longest change of a coordinate for the fit without a recording.
-const LONGEST: f64 = 1.0;
 
 /// What the recordings of a fit tell of each quantity.
 ///

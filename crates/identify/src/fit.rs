@@ -44,7 +44,7 @@ pub struct Fit<N: Numbers> {
 }
 
 /// Longest way of a coordinate in an iteration.
-const LONGEST: f64 = 1.0;
+pub(crate) const LONGEST: f64 = 1.0;
 /// A stage ends where the loss falls by less than this part of it.
 const ENOUGH: f64 = 1e-3;
 

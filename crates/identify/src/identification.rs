@@ -390,7 +390,7 @@ fn write<K: Kind>(
             errors: &outcome.errors,
         })
         .collect();
-    let page = page::write(&cli.out, &file, known, &shown, &conditions)?;
+    let page = page::write(&cli.out, (&file.warnings, file.regions.as_ref()), known, &shown, &conditions)?;
     // What is played and written as a scene is of the last set: that to predict, if there is one.
     if let (Some(set), Some(outcome)) = (sets.last(), outcomes.last()) {
         let mut order: Vec<usize> = (0..outcome.errors.len()).collect();

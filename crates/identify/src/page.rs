@@ -9,11 +9,11 @@ use report::{
 };
 
 use crate::confidence::Known;
+use crate::conformal::Regions;
 use crate::metric::mean_error;
 use crate::predict::Prediction;
 use crate::quantity::Quantity;
 use crate::recording::Recording;
-use crate::result::CableFile;
 
 /// Recordings with their predictions.
 pub struct Predicted<'a> {
@@ -90,13 +90,13 @@ pub struct Shown<'a> {
     pub errors: &'a [Vec<(String, f64)>],
 }
 
-/// Writes `folder/index.html` with the tables and figures of a `result`, its warnings first.
+/// Writes `folder/index.html` with its tables and figures, `warnings` first; with the `regions` of predictions, where they are known.
 ///
 /// # Errors
 /// If the system refuses.
 pub fn write<Q: Quantity>(
     folder: &Path,
-    result: &CableFile,
+    (warnings, regions): (&[String], Option<&Regions>),
     known: &[Known<Q>],
     sets: &[Shown<'_>],
     conditions: &Conditions,
@@ -163,7 +163,7 @@ pub fn write<Q: Quantity>(
             conditions: conditions.clone(),
         })
     };
-    let regions = result.regions.as_ref().map(|regions| {
+    let regions = regions.map(|regions| {
         let held = |Shown { predicted, .. }: &Shown<'_>| {
             let held = regions.held(predicted.recordings, predicted.free, predicted.predictions);
             let place = |k: usize| (k as f64 + 0.5) / 10.0 * held.longest;
@@ -185,7 +185,7 @@ pub fn write<Q: Quantity>(
     });
     let over_time = chart("time [s]", &|set| set.over_time());
     let by_marker = chart("marker", &|set| set.by_marker());
-    let doubts = result.warnings.iter().map(|warning| format!("**Warning: {warning}.**"));
+    let doubts = warnings.iter().map(|warning| format!("**Warning: {warning}.**"));
     let lead = [
             "A prediction is one run from the first frame on: of a recording it knows the first two frames and how the grips \
              move, nothing else. Markers tell ratios to the mass alone, so that stiffness stands over mass per length."

@@ -136,7 +136,7 @@ fn the_recipes_are_scenes() {
         }
         scenes += 1;
     }
-    assert_eq!(scenes, 13);
+    assert_eq!(scenes, 15);
 }
 
 #[test]

@@ -142,7 +142,7 @@ fn two_rods_that_are_joined_stay_so() {
             "[[rods]]\nname = \"{name}\"\nshape.straight = {{ start_m = [0, {y}, 0], length_m = 1, segments = 4 }}\nstrength.tension_n = 5\n"
         )
     };
-    let join = "[[joins]]\na = { rod = \"a\", at = \"end-face\" }\nb = { rod = \"b\", at = \"end-face\" }\n";
+    let join = "[[joins]]\na = { rod = \"a\", segment = -1, fraction = 1 }\nb = { rod = \"b\", segment = -1, fraction = 1 }\n";
     let text = [rod("a", 0.0), rod("b", 0.0), join.to_owned()].concat();
     let model = scene::parse(&text, "x.toml").unwrap().model;
     assert_eq!((model.joints.len(), model.breakable.len()), (7, 6));
@@ -158,7 +158,7 @@ fn errors_of_strengths_name_the_key() {
             "strength.curvature_per_m = inf",
             "6: rods[0].strength.curvature_per_m = inf, but it must be finite and > 0 [1/m]",
         ),
-        ("strength.stress_pa = 1", "6: rods[0].strength.stress_pa: stress_pa is not a known key"),
+        ("strength.stress_pa = 1", "6: rods[0].strength.stress_pa is not a known key"),
         (
             "strength.tension_n = 1\ntree = { levels = 1, branches = 1, segments = 3 }",
             "6: rods[0].strength: the joints of trees do not break; leave it out",

@@ -245,7 +245,7 @@ fn rods_of_a_heap_lie_level_one_above_the_other_and_point_anywhere() {
 #[test]
 fn ropes_of_a_net_meet_where_they_cross() {
     let scene = everything();
-    let net = 31..38;
+    let net = 33..40;
     let (ropes, model) = (&scene.rods[net.clone()], &scene.model);
     let length = |rope: &scene::RodInfo| -> f64 { rope.segments.clone().map(|i| model.segments[i].length).sum() };
     assert!(ropes[..4].iter().all(|rope| rope.segments.len() == 4 && (length(rope) - 2.0).abs() < 1e-12));

@@ -4,6 +4,9 @@ use correction::inputs::Kind;
 use correction::network::Shape;
 use serde::{Deserialize, Serialize};
 
+/// Numbers of recordings to learn from that are compared.
+pub(super) const FEWER: [usize; 6] = [1, 2, 5, 10, 30, 56];
+
 /// How a cable is predicted, or what is asked of a prediction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Method {

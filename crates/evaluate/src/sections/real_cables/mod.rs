@@ -24,7 +24,7 @@ use report::Section as PageSection;
 
 use crate::cells::Section;
 use crate::context::{Context, Size};
-use key::{CableKey, Errors, Measured, Method};
+use key::{CableKey, Errors, FEWER, Measured, Method};
 
 /// A cable's recordings, and what is known of it.
 struct Known {
@@ -53,9 +53,6 @@ const STAGES: [Stage; 3] = [
 const HIDDEN: usize = 4;
 /// Kinds of motion that recordings are sorted into.
 const KINDS: usize = 8;
-
-/// Numbers of recordings to learn from that are compared.
-pub(super) const FEWER: [usize; 6] = [1, 2, 5, 10, 30, 56];
 
 const METHODS: [Method; 22] = [
     Method::Blend,

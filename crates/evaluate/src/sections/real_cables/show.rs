@@ -4,8 +4,7 @@ use correction::inputs::Kind;
 use correction::network::Shape;
 use report::{Axis, Block, Cell, Conditions, LineChart, Section as PageSection, Series};
 
-use super::FEWER;
-use super::key::{CableKey, Errors, Measured, Method};
+use super::key::{CableKey, Errors, FEWER, Measured, Method};
 use crate::blocks::{chart, figure, section, table};
 use crate::context::Context;
 use crate::show::number;
