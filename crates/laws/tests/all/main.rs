@@ -103,11 +103,10 @@ fn a_small_correction_hides_no_residual() {
         [[rods.loads]]\n\
         segment = -1\n\
         torque_n_m = [33.6, 1.0, -5.52]\n";
-    // The torque turns a joint that is bent at rest past half a turn in most steps, which are not solved.
-    for (text, solved) in [(pressed, 7), (turned, 1)] {
+    for text in [pressed, turned] {
         let case = Case { text: text.to_owned(), files: Vec::new(), method: Method::default() };
         let Checked::Ran(report) = check(&case) else { panic!("refused") };
-        assert!(report.violations.is_empty() && report.unsolved + solved <= report.steps, "{report:?}");
+        assert!(report.violations.is_empty() && report.unsolved < report.steps / 2, "{report:?}");
     }
 }
 
