@@ -142,7 +142,8 @@ fn two_rods_that_are_joined_stay_so() {
             "[[rods]]\nname = \"{name}\"\nshape.straight = {{ start_m = [0, {y}, 0], length_m = 1, segments = 4 }}\nstrength.tension_n = 5\n"
         )
     };
-    let join = "[[joins]]\na = { rod = \"a\", segment = -1, fraction = 1 }\nb = { rod = \"b\", segment = -1, fraction = 1 }\n";
+    let join =
+        "[[joins]]\na = { rod = \"a\", segment = -1, fraction = 1 }\nb = { rod = \"b\", segment = -1, fraction = 1 }\n";
     let text = [rod("a", 0.0), rod("b", 0.0), join.to_owned()].concat();
     let model = scene::parse(&text, "x.toml").unwrap().model;
     assert_eq!((model.joints.len(), model.breakable.len()), (7, 6));
