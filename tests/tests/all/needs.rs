@@ -17,9 +17,9 @@ fn left_out(needs: &Needs) -> Vec<&str> {
 fn what_is_left_out_is_never_done() {
     for known in builtins() {
         let scene = builtin(known.name).unwrap();
-        // Eyelets and joints that are not elastic are for one formulation alone.
-        let Model { sliding_joints, pulleys, laws, .. } = &scene.model;
-        let is_newton = !(sliding_joints.is_empty() && pulleys.is_empty() && laws.is_empty());
+        // Eyelets and joints that are not elastic or can break are for one formulation alone.
+        let Model { sliding_joints, pulleys, laws, breakable, .. } = &scene.model;
+        let is_newton = !(sliding_joints.is_empty() && pulleys.is_empty() && laws.is_empty() && breakable.is_empty());
         for formulation in Formulation::ALL.into_iter().filter(|of| of.momentum() || !is_newton) {
             let needs = needs(&scene, formulation, 2);
             let done: Vec<_> = needs.left_out.iter().filter(|part| part.count > 0).collect();

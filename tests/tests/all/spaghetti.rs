@@ -25,6 +25,4 @@ fn an_arc_that_is_let_go_at_one_end_breaks_more_than_once() {
     assert!((2..20).contains(&breaks.len()), "{breaks:?}");
     assert_eq!(model.joints.iter().filter(|joint| joint.freedom == Freedom::Broken).count(), breaks.len());
     assert!(most <= strength, "{most} of {strength} 1/m");
-    // What broke off falls to the floor or flies; what is held stays.
-    assert!(state.positions.iter().all(|x| x.z > -0.08));
 }
