@@ -6,6 +6,7 @@ use std::path::Path;
 use burn::tensor::Device;
 use copingnet::Backend;
 use export::{ExportError, SealedError, seal, unseal, write_atomically};
+use identify::predict::Prediction;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -66,6 +67,14 @@ impl Correction {
         out
     }
 
+    /// The prediction of a film: corrected where the correction applies to its motion, or where it is to be added to `all` motions.
+    pub fn prediction(&self, film: &Film, all: bool) -> Prediction {
+        match all || self.applicability.worth(&film.way()).applies {
+            true => film.corrected(&self.add(film)),
+            false => film.uncorrected(),
+        }
+    }
+
     /// What to add in rows of frames, with the number of each frame.
     fn add_rows(&self, film: &Film, rows: &[Vec<usize>], device: &Device) -> Vec<(usize, Vec<Vector3<f64>>)> {
         let read = |frames: &Vec<usize>| -> Vec<Inputs> {
@@ -88,12 +97,9 @@ impl Correction {
         let share = self.bound / self.members.len().max(1) as f64;
         let of = |(row, k): (usize, usize)| {
             let inputs = &inputs[row][k];
-            let own = sum[(row * longest + k) * each..][..each].chunks_exact(3);
-            let own: Vec<&[f64]> = own.collect();
-            let added = places
-                .iter()
-                .map(|&k| own[k])
-                .map(|x| inputs.axes.tr_mul(&Vector3::new(x[0], x[1], x[2])) * (share * inputs.share));
+            let own = &sum[(row * longest + k) * each..][..each];
+            let told = |&k: &usize| Vector3::new(own[3 * k], own[3 * k + 1], own[3 * k + 2]);
+            let added = places.iter().map(told).map(|x| inputs.axes.tr_mul(&x) * (share * inputs.share));
             (rows[row][k], added.collect())
         };
         let all = rows.iter().enumerate().flat_map(|(row, frames)| (0..frames.len()).map(move |k| (row, k)));

@@ -268,12 +268,8 @@ fn evaluate(cli: &Cli, cable: &CableFile, correction: &Correction) -> Result<()>
     }
     let began = Instant::now();
     let worth: Vec<Worth> = films.iter().map(|(_, film)| correction.applicability.worth(&film.way())).collect();
-    let is_corrected = |worth: &Worth| worth.applies || cli.all_motions;
-    let predicted = |((_, film), worth): (&(Recording, Film), &Worth)| match is_corrected(worth) {
-        true => film.corrected(&correction.add(film)),
-        false => film.uncorrected(),
-    };
-    let corrected: Vec<Prediction> = films.iter().zip(&worth).map(predicted).collect();
+    let corrected: Vec<Prediction> =
+        films.iter().map(|(_, film)| correction.prediction(film, cli.all_motions)).collect();
     let recorded: f64 = films.iter().filter_map(|(recording, _)| recording.time.last()).sum();
     let speed = significant(recorded / began.elapsed().as_secs_f64(), 2);
     let uncorrected: Vec<Prediction> = films.iter().map(|(_, film)| film.uncorrected()).collect();

@@ -383,10 +383,7 @@ impl Known {
             out.push(errors("corrected", &other, &corrected(&films, &correction)));
             // As the program predicts: without the correction where it does not apply.
             let applies = |film: &Film| correction.applicability.worth(&film.way()).applies;
-            let shipped = |(_, film): &(Recording, Film)| match applies(film) {
-                true => film.corrected(&correction.add(film)),
-                false => film.uncorrected(),
-            };
+            let shipped = |(_, film): &(Recording, Film)| correction.prediction(film, false);
             out.push(errors("shipped", &other, &films.iter().map(shipped).collect::<Vec<_>>()));
             corrections[0] += films.iter().filter(|(_, film)| applies(film)).count();
             corrections[1] += films.len();
