@@ -16,7 +16,7 @@ use crate::library::Guesses;
 const PLAIN: [GuessKind; 5] =
     [GuessKind::Zero, GuessKind::Previous, GuessKind::Quadratic, GuessKind::Fischer(8), GuessKind::Frozen];
 
-/// Preconditioners that every guess is tried with.
+/// Preconditioners that `compare` and `guesses` try.
 pub(crate) const PRECONDITIONERS: [PreconditionerKind; 3] =
     [PreconditionerKind::Raw, PreconditionerKind::Jacobi, PreconditionerKind::BlockJacobi];
 
@@ -69,8 +69,7 @@ pub(crate) fn ways<'a>(scene: &Scene, guesses: &'a Guesses, size: Size) -> Vec<W
     let cg =
         |preconditioner| SolverKind::Cg(CgParams { preconditioner, max_iterations: cap(scene), ..CgParams::default() });
     let of_solves = || rows.iter().filter(|row| row.guess_name.helps_solves());
-    for &preconditioner in size.pick(&[PreconditionerKind::Raw, PreconditionerKind::BlockJacobi][..], &PRECONDITIONERS)
-    {
+    for preconditioner in [PreconditionerKind::Raw, PreconditionerKind::BlockJacobi] {
         for &kind in size.pick(&[GuessKind::Zero, GuessKind::Fischer(8)][..], &PLAIN) {
             let name = format!("cg {preconditioner}, {}", GuessName::Plain(kind));
             add(name, kinds::CG, xpbd, cg(preconditioner), Start::Plain(kind));

@@ -50,7 +50,7 @@ impl Section for Temporal {
     const ID: &'static str = "temporal";
 
     fn keys(&self, context: &Context) -> Result<Vec<TemporalKey>> {
-        let (steps, repeats) = (context.size.pick(40, STEPS), context.size.pick(1, 3));
+        let (steps, repeats) = (context.size.pick(40, STEPS), 1);
         let mut keys = Vec::new();
         for scenario in FREE {
             for (preconditioner, tolerance) in SOLVERS {

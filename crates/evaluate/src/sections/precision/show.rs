@@ -38,7 +38,6 @@ const INTRODUCTION: &str = "Every scene in every way, at several tolerances (con
 const CHARTS: [(&str, &str); 4] = [
     ("direct solves, formulations, end to end", ""),
     ("conjugate gradients, raw", "cg raw,"),
-    ("conjugate gradients, Jacobi", "cg jacobi,"),
     ("conjugate gradients, block-Jacobi", "cg block-jacobi,"),
 ];
 /// The direct solver in the same formulation: the rival that no chart may be without.
