@@ -19,3 +19,4 @@ pub mod passing;
 pub mod precision;
 pub mod stages;
 pub mod stress;
+pub mod time_step;

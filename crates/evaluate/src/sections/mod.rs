@@ -19,6 +19,7 @@ mod real_cables;
 mod speedups;
 pub(crate) mod stability;
 mod temporal;
+mod time_step;
 
 use crate::cells::{Cells, Job, Section};
 
@@ -33,9 +34,22 @@ pub(crate) struct Place {
     pub(crate) has_networks: bool,
 }
 
+/// How accurate and how fast simulations are, learning aside.
+static ACCURACY: Place = Place {
+    folder: "accuracy",
+    title: "Elastic rods: how accurate, how fast, how stable",
+    lead: &[
+        "What a user gets without learning: error against run time of each formulation and integrator, stiff and extreme cases, \
+         and what each scene leaves out.",
+        "One command, `cargo run -p evaluate -- report --only time-step,stability,needs`, measures it. Every figure and table has a \
+         CSV file.",
+    ],
+    has_networks: false,
+};
+
 /// What learned guesses are worth.
 static LEARNED: Place = Place {
-    folder: "",
+    folder: "paper",
     title: "Elastic rods: what a learned guess is worth",
     lead: &[
         "Position-based dynamics of stiff Cosserat rods solves a linear system in every outer iteration. COPINGNet predicts \
@@ -114,6 +128,10 @@ const fn learned(name: &'static str, about: &'static str, job: fn() -> Box<dyn J
     Named { name, about, page: &LEARNED, job }
 }
 
+const fn accuracy(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
+    Named { name, about, page: &ACCURACY, job }
+}
+
 const fn exact(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
     Named { name, about, page: &EXACT, job }
 }
@@ -135,9 +153,11 @@ fn cells<S: Section + 'static>(section: S) -> Box<dyn Job> {
 }
 
 /// All sections, in the order of their pages.
-pub(crate) static SECTIONS: [Named; 17] = [
-    learned("precision", "Error against run time", || cells(precision::Precision::default())),
-    learned("needs", "What each scene needs, and what is chosen for it", || cells(needs::Scenes)),
+pub(crate) static SECTIONS: [Named; 18] = [
+    accuracy("time-step", "Error against run time, by formulation and integrator", || cells(time_step::TimeStep::default())),
+    accuracy("stability", "Stiff and extreme cases", || cells(stability::Stability::default())),
+    accuracy("needs", "What each scene needs, and what is chosen for it", || cells(needs::Scenes)),
+    learned("precision", "Error against run time of solvers and starts", || cells(precision::Precision::default())),
     learned("performance", "Over the number of segments, stiffness and tolerance", || cells(performance::Performance)),
     learned("temporal", "Iterations over the frames", || cells(temporal::Temporal)),
     learned("long-term", "Length over a long time", || cells(long_term::LongTerm)),
@@ -146,7 +166,6 @@ pub(crate) static SECTIONS: [Named; 17] = [
     learned("speedups", "Collisions, knot and trees", || cells(speedups::Speedups)),
     learned("knot", "The knot, solved and predicted", || cells(knot::Knot)),
     learned("ablation", "Networks of other sizes", || Box::new(ablation::Ablation::default())),
-    learned("stability", "Stiff and extreme cases", || cells(stability::Stability::default())),
     exact("newton", "Steps with the exact tangent", || cells(newton::Newton)),
     exact("equilibria", "Equilibria by Newton's method", || cells(equilibria::Equilibria)),
     exact("gradients", "Derivatives of runs", || cells(gradients::Gradients)),

@@ -43,18 +43,41 @@ pub(super) fn capstan(runs: &mut Runs<'_>) -> Measured {
 }
 
 /// Atwood's machine with the rope's own weight: `x'' = (m1 - m2 + 2 rho (x + x0)) g / m`, as long as all of it hangs.
+struct Atwood {
+    /// Acceleration at the start [m/s^2].
+    begins: f64,
+    /// By which it grows: `sqrt(2 rho g / m)` [1/s].
+    rate: f64,
+}
+
+impl Atwood {
+    fn of(Scene { model, state, .. }: &Scene) -> Self {
+        let segments = &model.segments;
+        let g = model.gravity.norm();
+        let mass: f64 = segments.iter().map(|s| s.mass()).sum();
+        let line = segments[1].mass() / segments[1].length;
+        // The driving force at the start is that of all weights along the rope.
+        let along = |i: usize| state.axis(i).dot(&Vector3::z());
+        let drive: f64 = (0..segments.len()).map(|i| segments[i].mass() * g * along(i)).sum();
+        Self { begins: drive / mass, rate: (2.0 * line * g / mass).sqrt() }
+    }
+
+    fn fallen(&self, t: f64) -> f64 {
+        self.begins / (self.rate * self.rate) * ((self.rate * t).cosh() - 1.0)
+    }
+}
+
+/// How far the heavier weight of the scene `atwood` falls in `t` seconds [m].
+pub(crate) fn fallen(scene: &Scene, t: f64) -> f64 {
+    Atwood::of(scene).fallen(t)
+}
+
 pub(super) fn pulley(runs: &mut Runs<'_>) -> Measured {
     let scene = scene::builtin("atwood")?;
+    let atwood = Atwood::of(&scene);
     let Scene { model, state, .. } = &scene;
     let segments = &model.segments;
     let (g, last) = (model.gravity.norm(), segments.len() - 1);
-    let mass: f64 = segments.iter().map(|s| s.mass()).sum();
-    let line = segments[1].mass() / segments[1].length;
-    // The driving force at the start is that of all weights along the rope.
-    let along = |i: usize| state.axis(i).dot(&Vector3::z());
-    let drive: f64 = (0..=last).map(|i| segments[i].mass() * g * along(i)).sum();
-    let rate = (2.0 * line * g / mass).sqrt();
-    let fallen = |t: f64| drive / mass / (rate * rate) * ((rate * t).cosh() - 1.0);
     let (mut way, mut time, mut pulls) = ([0.0; 2], 0.0, Vec::new());
     let joints = model.joints_of(&scene.rods[0].segments);
     runs.play(&scene, |now| {
@@ -62,10 +85,10 @@ pub(super) fn pulley(runs: &mut Runs<'_>) -> Measured {
         way = [0, last].map(|i| (now.state.positions[i].z - state.positions[i].z).abs());
         pulls.push(now.forces[joints[0]].force.norm());
     })?;
-    let right = fallen(time);
+    let right = atwood.fallen(time);
     // Over the second half, in which the acceleration grows by half a thousandth.
     let pull = median(pulls.split_off(pulls.len() / 2));
-    let acceleration = drive / mass * (rate * 0.75 * time).cosh();
+    let acceleration = atwood.begins * (atwood.rate * 0.75 * time).cosh();
     let source = "Atwood's machine, with the rope's weight";
     Ok(vec![
         Quantity::new("way of the heavier weight [m]", [way[0], right], 5e-3, source),

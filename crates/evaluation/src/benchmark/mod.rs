@@ -15,6 +15,7 @@ mod theory;
 mod twist;
 
 use cosserat::simulation::Settings;
+pub(crate) use friction::fallen;
 use quantity::Measured;
 use runs::Runs;
 

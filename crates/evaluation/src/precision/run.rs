@@ -137,7 +137,7 @@ pub fn run_way(
 }
 
 /// Steps, and tells the time of all stages [s], without that in which the thread did not run.
-fn timed(simulation: &mut Simulation, dt: f64) -> Result<(Status, f64), SimulationError> {
+pub(crate) fn timed(simulation: &mut Simulation, dt: f64) -> Result<(Status, f64), SimulationError> {
     let before = simulation.counters().times.total();
     let (step, share) = with_share(|| simulation.step(dt));
     Ok((step?.status, share * (simulation.counters().times.total() - before).as_secs_f64()))
