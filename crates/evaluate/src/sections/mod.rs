@@ -154,7 +154,9 @@ fn cells<S: Section + 'static>(section: S) -> Box<dyn Job> {
 
 /// All sections, in the order of their pages.
 pub(crate) static SECTIONS: [Named; 18] = [
-    accuracy("time-step", "Error against run time, by formulation and integrator", || cells(time_step::TimeStep::default())),
+    accuracy("time-step", "Error against run time, by formulation and integrator", || {
+        cells(time_step::TimeStep::default())
+    }),
     accuracy("stability", "Stiff and extreme cases", || cells(stability::Stability::default())),
     accuracy("needs", "What each scene needs, and what is chosen for it", || cells(needs::Scenes)),
     learned("precision", "Error against run time of solvers and starts", || cells(precision::Precision::default())),

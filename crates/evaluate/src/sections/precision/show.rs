@@ -35,7 +35,7 @@ const INTRODUCTION: &str = "Every scene in every way, at several tolerances (con
     gets.";
 
 /// The charts of a figure: each with its title, and what the names of its ways begin with; the first has all others.
-const CHARTS: [(&str, &str); 4] = [
+const CHARTS: [(&str, &str); 3] = [
     ("direct solves, formulations, end to end", ""),
     ("conjugate gradients, raw", "cg raw,"),
     ("conjugate gradients, block-Jacobi", "cg block-jacobi,"),

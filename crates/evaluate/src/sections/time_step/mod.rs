@@ -16,7 +16,7 @@ use crate::context::{Context, Size};
 /// beyond their first contact, which takes errors apart.
 const SCENES: [(&str, usize); 15] = [
     ("bending-rod", 96),
-    ("helix", 64),
+    ("helix", 32),
     ("slack-rod", 64),
     ("stiff-rod", 96),
     ("tip-mass", 96),
@@ -91,12 +91,7 @@ impl Section for TimeStep {
         a_step * steps * key.repetitions as f64
     }
 
-    fn measure(
-        &mut self,
-        _: &Context,
-        key: &TimeStepKey,
-        go_on: &mut dyn FnMut() -> bool,
-    ) -> Result<Option<Value>> {
+    fn measure(&mut self, _: &Context, key: &TimeStepKey, go_on: &mut dyn FnMut() -> bool) -> Result<Option<Value>> {
         let case = case(&key.scene);
         if self.current.as_ref().is_none_or(|(scene, _)| *scene != key.scene) {
             let problem = match (&case, key.steps) {
@@ -109,10 +104,8 @@ impl Section for TimeStep {
         }
         let (_, problem) = self.current.as_ref().context("no scene")?;
         let [formulation, integrator] = [&key.formulation, &key.integrator];
-        let settings = settings(
-            formulation.parse().map_err(anyhow::Error::msg)?,
-            integrator.parse().map_err(anyhow::Error::msg)?,
-        );
+        let settings =
+            settings(formulation.parse().map_err(anyhow::Error::msg)?, integrator.parse().map_err(anyhow::Error::msg)?);
         let mut points = Vec::new();
         for &substeps in &key.substeps {
             let Some(point) = run(problem, &settings, substeps, key.repetitions, go_on)? else { return Ok(None) };

@@ -30,9 +30,8 @@ pub(super) fn section(context: &Context, cells: &Cells<'_>) -> Section {
 /// The line of a way for the `k`-th error, of the levels that were solved.
 fn line((key, value): (&TimeStepKey, &Value), k: usize) -> Line {
     let solved = value.points.iter().filter(|point| point.is_solved);
-    let place = |point: &evaluation::time_step::Point| {
-        Some(Place { error: *point.errors.get(k)?, time: point.time?.median })
-    };
+    let place =
+        |point: &evaluation::time_step::Point| Some(Place { error: *point.errors.get(k)?, time: point.time?.median });
     Line { way: key.way(), kind: String::new(), places: solved.filter_map(place).collect() }
 }
 
@@ -84,7 +83,8 @@ fn overview(context: &Context, rows: &[Row<'_>]) -> Block {
             None => Cell::muted("not reached"),
         };
         let texts = [row.scene, row.quantity].map(Cell::from);
-        let rest = [format!("{:e}", row.error).into(), row.fastest.as_str().into(), number(1e3 * row.time).into(), ratio];
+        let rest =
+            [format!("{:e}", row.error).into(), row.fastest.as_str().into(), number(1e3 * row.time).into(), ratio];
         texts.into_iter().chain(rest).collect()
     };
     let head = [
@@ -103,7 +103,8 @@ fn levels(context: &Context, cells: &Cells<'_>) -> Block {
     for (key, value) in cells {
         for point in &value.points {
             let errors: Vec<String> = point.errors.iter().map(|&error| number(error)).collect();
-            let status = if point.is_solved { point.status.as_str().into() } else { Cell::strong(point.status.as_str()) };
+            let status =
+                if point.is_solved { point.status.as_str().into() } else { Cell::strong(point.status.as_str()) };
             let time = point.time.map_or("-".to_owned(), |time| number(1e3 * time.median));
             rows.push(vec![
                 key.scene.as_str().into(),
@@ -124,7 +125,8 @@ fn levels(context: &Context, cells: &Cells<'_>) -> Block {
         rows.len(),
         per_cent(unsolved as f64 / rows.len().max(1) as f64)
     );
-    let headings = "scene | formulation, integrator | #time step [s] | #iterations | #time [ms/s] | #error | #of forces | status";
+    let headings =
+        "scene | formulation, integrator | #time step [s] | #iterations | #time [ms/s] | #error | #of forces | status";
     table(["time-step-levels", "Every level", &caption], headings, rows, conditions(context))
 }
 
@@ -151,5 +153,7 @@ fn charts(context: &Context, own: &Cells<'_>) -> Block {
 }
 
 fn conditions(context: &Context) -> report::Conditions {
-    context.without_networks("all stages of a step, medians of three runs (one where a run takes long); setting up left out")
+    context.without_networks(
+        "all stages of a step, medians of three runs (one where a run takes long); setting up left out",
+    )
 }
