@@ -7,11 +7,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use report::{Block, Conditions, Page};
+use report::{Block, Conditions, Page, Section};
 use terminal::{Progress, say};
 
+use crate::blocks;
 use crate::cells::{Job, ticks};
 use crate::context::{Context, Size};
+use crate::front;
 use crate::library::Library;
 use crate::outcome::Outcome;
 use crate::sections::{self, Place, SECTIONS};
@@ -92,14 +94,25 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
         tell(format!("this shard is measured, {missing} cells of others are not; the report is made when all are"))?;
         return Ok(Outcome::Done);
     }
+    let mut measured = BTreeMap::new();
+    for job in pages.iter().flat_map(|(_, jobs)| jobs) {
+        measured.extend(job.claims(&context)?);
+    }
+    let has_first_page = args.only.is_empty() || out.join("index.html").exists();
     let mut outcome = Outcome::Done;
-    for (place, jobs) in &pages {
-        let folder = out.join(place.folder);
-        let file = write(&page(&context, place, jobs)?, &folder).context("--out")?;
+    let mut put = |page: &Page, folder: &Path| -> Result<()> {
+        let file = write(page, folder).context("--out")?;
         tell(format!("wrote {}", file.display()))?;
-        if let Outcome::Faulty = check(&folder)? {
+        if let Outcome::Faulty = check(folder)? {
             outcome = Outcome::Faulty;
         }
+        Ok(())
+    };
+    for (place, jobs) in &pages {
+        put(&page(&context, place, jobs, &measured)?, &out.join(place.folder))?;
+    }
+    if has_first_page {
+        put(&front::page(&out)?, &out)?;
     }
     Ok(outcome)
 }
@@ -130,17 +143,25 @@ pub(crate) fn check(directory: &Path) -> Result<Outcome> {
     Ok(if faults.is_empty() { Outcome::Done } else { Outcome::Faulty })
 }
 
-fn page(context: &Context, place: &Place, jobs: &[Box<dyn Job>]) -> Result<Page> {
-    let (mut seconds, mut sections, mut measured) = (0.0, Vec::new(), BTreeMap::new());
+/// A page of some sections, with the numbers that all sections have `measured` where the paper has one.
+fn page(context: &Context, place: &Place, jobs: &[Box<dyn Job>], measured: &BTreeMap<String, String>) -> Result<Page> {
+    let (mut seconds, mut sections, mut rows) = (0.0, Vec::new(), Vec::new());
     for job in jobs {
         let (provenance, mut section) = (job.provenance(), job.show(context)?);
         seconds += provenance.seconds;
         section.blocks.extend(provenance.words().map(Block::Paragraph));
+        rows.extend(provenance.row(&section.title));
         sections.push(section);
-        measured.extend(job.claims(context)?);
     }
     if place.has_networks {
-        sections.insert(0, sections::claims::section(context, &measured)?);
+        sections.insert(0, sections::claims::section(context, measured)?);
+    }
+    if !rows.is_empty() {
+        let head = ["measured", "When and where each section was measured", ""];
+        let headings = "section | measured | machine | revision | #minutes";
+        let conditions = Conditions::new("minutes", "of one core");
+        let blocks = vec![blocks::table(head, headings, rows, conditions)];
+        sections.push(Section { id: "measured-at".to_owned(), title: "Measured".to_owned(), blocks });
     }
     let conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
         .with("revision", REVISION)

@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::process::Command;
 
+use report::Cell;
+
 // From the build script: ROOT, the folder of the sources; REVISION, the last one that changed them, and whether they were
 // changed since; IS_DIRTY, whether they were; BY_SECTION, hashes by the sections' names.
 include!(concat!(env!("OUT_DIR"), "/sources.rs"));
@@ -31,18 +33,34 @@ impl Provenance {
         self.seconds += seconds;
     }
 
+    /// When it was measured: a date, or the first and the last.
+    fn when(&self) -> Option<String> {
+        match (self.dates.first()?, self.dates.last()?) {
+            (first, last) if first != last => Some(format!("from {first} to {last}")),
+            (date, _) => Some(format!("on {date}")),
+        }
+    }
+
+    /// The machines and the revisions.
+    fn places(&self) -> [String; 2] {
+        [&self.machines, &self.revisions].map(|names| Vec::from_iter(names.iter().map(String::as_str)).join("; "))
+    }
+
     /// In a sentence; `None` where nothing was measured.
     pub(crate) fn words(&self) -> Option<String> {
-        let dates = match (self.dates.first(), self.dates.last()) {
-            (Some(first), Some(last)) if first != last => format!(" from {first} to {last}"),
-            (Some(date), _) => format!(" on {date}"),
-            _ => String::new(),
-        };
-        let [revisions, machines] =
-            [&self.revisions, &self.machines].map(|names| Vec::from_iter(names.iter().map(String::as_str)).join("; "));
+        let dates = self.when().map_or(String::new(), |dates| format!(" {dates}"));
+        let [machines, revisions] = self.places();
         let minutes = (self.seconds / 60.0).ceil();
         let words = format!("Measured{dates} in {minutes:.0} minutes, machine: {machines}, revision: {revisions}.");
         (!self.machines.is_empty()).then_some(words)
+    }
+
+    /// As a row of a table, of what is called so: name, date, machine, revision, minutes.
+    pub(crate) fn row(&self, name: &str) -> Option<Vec<Cell>> {
+        let [machines, revisions] = self.places();
+        let minutes = format!("{:.0}", (self.seconds / 60.0).ceil());
+        let row = [name.to_owned(), self.when().unwrap_or_default(), machines, revisions, minutes];
+        (!self.machines.is_empty()).then(|| row.into_iter().map(Cell::from).collect())
     }
 }
 

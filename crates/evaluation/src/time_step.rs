@@ -46,6 +46,18 @@ enum Against {
     Theory(cases::Error),
 }
 
+/// A run.
+struct Simulated {
+    /// At each sample.
+    frames: Vec<Frame>,
+    /// Worst status of any step.
+    status: Status,
+    /// Wall time per simulated second [s/s].
+    time: f64,
+    /// Iterations a step and connected set.
+    iterations: f64,
+}
+
 /// A scene over a fixed time.
 #[derive(Clone, Debug)]
 pub struct Problem {
@@ -95,10 +107,10 @@ impl Problem {
         let settings = settings(Formulation::Newton, Integrator::Bdf2);
         let step = StepParams { relative_tolerance: 1e-9, motion_tolerance: 1e-9, ..settings.step };
         let settings = Settings { step, ..settings };
-        let Some((frames, ..)) = problem.simulate(&settings, REFINED as f64, go_on)? else { return Ok(None) };
-        problem.against = Against::Refined(frames);
-        let Some((frames, ..)) = problem.simulate(&settings, 0.5 * REFINED as f64, go_on)? else { return Ok(None) };
-        problem.floor = problem.errors_of(&frames);
+        let Some(refined) = problem.simulate(&settings, REFINED as f64, go_on)? else { return Ok(None) };
+        problem.against = Against::Refined(refined.frames);
+        let Some(coarser) = problem.simulate(&settings, 0.5 * REFINED as f64, go_on)? else { return Ok(None) };
+        problem.floor = problem.errors_of(&coarser.frames);
         Ok(Some(problem))
     }
 
@@ -118,7 +130,7 @@ impl Problem {
         settings: &Settings,
         substeps: f64,
         go_on: &mut dyn FnMut() -> bool,
-    ) -> Result<Option<(Vec<Frame>, Status, f64, f64)>, SimulationError> {
+    ) -> Result<Option<Simulated>, SimulationError> {
         let Scene { model, state, run, .. } = &self.scene;
         let choice = guess::choose(model, &settings.step, Some(settings.solver));
         let start = |model: &_, members: &_, topology: &_| choice.build_guess(model, members, topology);
@@ -130,7 +142,7 @@ impl Problem {
             let (of_step, took) = timed(&mut simulation, dt)?;
             status = status.max(of_step);
             time += took;
-            if step * SAMPLES % steps == 0 {
+            if (step * SAMPLES).is_multiple_of(steps) {
                 let mut frame = Frame { state: state.clone(), forces: vec![JointForce::default(); model.joints.len()] };
                 simulation.store(&mut frame.state);
                 simulation.store_joint_forces(&mut frame.forces);
@@ -145,7 +157,7 @@ impl Problem {
         }
         let counters = simulation.counters();
         let iterations = counters.iterations as f64 / (steps * simulation.components()).max(1) as f64;
-        Ok(Some((frames, status, time / (self.steps as f64 * run.dt), iterations)))
+        Ok(Some(Simulated { frames, status, time: time / (self.steps as f64 * run.dt), iterations }))
     }
 
     fn errors_of(&self, frames: &[Frame]) -> Vec<f64> {
@@ -185,9 +197,8 @@ pub fn run(
 ) -> Result<Option<Point>, SimulationError> {
     let (mut times, mut point) = (Vec::new(), None);
     for _ in 0..repetitions.max(1) {
-        let Some((frames, status, time, iterations)) = problem.simulate(settings, substeps, go_on)? else {
-            return Ok(None);
-        };
+        let Some(simulated) = problem.simulate(settings, substeps, go_on)? else { return Ok(None) };
+        let Simulated { frames, status, time, iterations } = simulated;
         times.push(time);
         point.get_or_insert_with(|| Point {
             dt: problem.scene.run.dt / substeps,

@@ -178,6 +178,13 @@ pub(crate) static SECTIONS: [Named; 18] = [
     }),
 ];
 
+/// The folders of all pages, with what they are about.
+pub(crate) fn folders() -> Vec<(&'static str, &'static str)> {
+    let mut folders: Vec<_> = SECTIONS.iter().map(|section| (section.page.folder, section.page.title)).collect();
+    folders.dedup();
+    folders
+}
+
 /// The pages of all sections, or of those of these names: each with these sections. Real cables are there where there are
 /// recordings.
 pub(crate) fn pages(only: &[String], has_recordings: bool) -> Vec<(&'static Place, Vec<Box<dyn Job>>)> {
