@@ -42,6 +42,8 @@ const DECIDING: [&str; 28] = [
 const DRAWING: [&str; 4] = ["crates/evaluate/src", "crates/report/src", "crates/chart/src", "crates/export/src"];
 /// What else a committed report rests on: networks, the sweep's summary, how the program is optimized.
 const READ: [&str; 3] = ["checkpoints", "data/sweep.toml", "Cargo.toml"];
+/// What else decides what single sections measure.
+const OF_SECTIONS: [(&str, &str); 1] = [("laws", "crates/laws/src")];
 /// A section measures in `NAME.rs` or `NAME/mod.rs` of this folder; other files below it show what was measured.
 const SECTIONS: &str = "crates/evaluate/src/sections";
 
@@ -71,6 +73,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut own = shared.clone();
             hash(&file, &mut own)?;
             let name = path.file_stem().unwrap_or_default().to_string_lossy().replace('_', "-");
+            for (_, place) in OF_SECTIONS.iter().filter(|(section, _)| *section == name) {
+                hash(&root.join(place), &mut own)?;
+            }
             hashes.push_str(&format!("(\"{name}\", \"{}\"),\n", own.finalize().to_hex()));
         }
     }
@@ -79,7 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
          pub(crate) const IS_DIRTY: bool = {is_dirty};\nconst BY_SECTION: &[(&str, &str)] = &[\n{hashes}];\n",
     );
     fs::write(Path::new(&env::var("OUT_DIR")?).join("sources.rs"), text)?;
-    for place in program {
+    for place in program.into_iter().chain(OF_SECTIONS.map(|(_, place)| place)) {
         println!("cargo::rerun-if-changed={}", root.join(place).display());
     }
     // Changes with every commit.

@@ -6,16 +6,15 @@
 mod claims;
 mod starts;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use report::{Axis, Block, Cell, Charts, Conditions, Figure, LineChart, Page, Point, Section, Series};
 
 use crate::blocks::{chart, section, table};
 use crate::numbers::Folder;
 use crate::show::number;
-use crate::sources::REVISION;
+use crate::sources::{Provenance, REVISION};
 
 /// Scenes whose error over run time stands on the first page: free, slack, stiff and heavy rods, a tree, and contacts.
 const SCENES: [&str; 6] = ["bending-rod", "tip-mass", "ball-in-orbit", "tree-10", "drum", "wire-on-floor"];
@@ -92,7 +91,7 @@ fn accuracy(folder: &Folder) -> Result<Section> {
             within(1.25)
         )
     });
-    let introduction = ratios.unwrap_or("Not measured.".to_owned());
+    let introduction = ratios.unwrap_or("Not measured yet.".to_owned());
     let mut blocks = Vec::new();
     if !charts.is_empty() {
         blocks.push(Block::Figure(Figure {
@@ -170,7 +169,7 @@ fn stability(folder: &Folder) -> Result<Section> {
 /// What each scene leaves out in one table.
 fn left_out(folder: &Folder) -> Result<Section> {
     let Some(needs) = folder.read("accuracy", "needs-left-out")? else {
-        return Ok(section(["needs", "What each scene leaves out", "Not measured."], Vec::new()));
+        return Ok(section(["needs", "What each scene leaves out", "Not measured yet."], Vec::new()));
     };
     let done: f64 = needs.values(&[], "times done all the same").iter().sum();
     let all = needs.distinct("left out");
@@ -198,21 +197,17 @@ fn left_out(folder: &Folder) -> Result<Section> {
 fn measured(folder: &Folder) -> Result<Section> {
     let mut rows = Vec::new();
     for (page, what) in crate::sections::folders() {
-        let Some(own) = folder.read(page, "measured")? else {
+        let file = folder.0.join(page).join("index.html");
+        if !file.is_file() {
             rows.push(vec![page.into(), Cell::muted("not measured"), "".into(), "".into(), "".into()]);
             continue;
-        };
-        let mut joined: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-        for column in ["measured", "machine", "revision"] {
-            joined.insert(column, own.distinct(column));
         }
-        let minutes: f64 = own.values(&[], "minutes").iter().sum();
-        let texts = ["measured", "machine", "revision"].map(|column| Cell::from(joined[column].join("; ")));
-        let [dates, machines, revisions] = texts;
-        rows.push(vec![format!("{page}: {what}").into(), dates, machines, revisions, number(minutes).into()]);
+        let html = std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+        let name = Cell::from(format!("{page}: {what}"));
+        rows.push([name].into_iter().chain(Provenance::of_page(&html).texts().map(Cell::from)).collect());
     }
     let head = ["provenance", "When and where each page was measured", ""];
     let headings = "page | date | machine | revision | #minutes of one core";
-    let table = table(head, headings, rows, Conditions::new("from", "csv/measured.csv of each page"));
+    let table = table(head, headings, rows, Conditions::new("from", "the end of each section of the pages"));
     Ok(section(["measured-at", "Measured", "Times of one table come from one machine in one run."], vec![table]))
 }

@@ -7,10 +7,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use report::{Block, Conditions, Page, Section};
+use report::{Block, Conditions, Page};
 use terminal::{Progress, say};
 
-use crate::blocks;
 use crate::cells::{Job, ticks};
 use crate::context::{Context, Size};
 use crate::front;
@@ -21,6 +20,8 @@ use crate::sources::{IS_DIRTY, REVISION, ROOT};
 
 /// Where a report goes that says nothing else.
 const REPORT: &str = "report";
+/// Name of a page's file.
+const PAGE: &str = "index.html";
 
 /// Names of the sections, for `--only`.
 fn names() -> PossibleValuesParser {
@@ -98,14 +99,10 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     for job in pages.iter().flat_map(|(_, jobs)| jobs) {
         measured.extend(job.claims(&context)?);
     }
-    let has_first_page = args.only.is_empty() || out.join("index.html").exists();
-    let mut outcome = Outcome::Done;
-    let mut put = |page: &Page, folder: &Path| -> Result<()> {
+    let has_first_page = args.only.is_empty() || out.join(PAGE).exists();
+    let put = |page: &Page, folder: &Path| -> Result<()> {
         let file = write(page, folder).context("--out")?;
         tell(format!("wrote {}", file.display()))?;
-        if let Outcome::Faulty = check(folder)? {
-            outcome = Outcome::Faulty;
-        }
         Ok(())
     };
     for (place, jobs) in &pages {
@@ -114,7 +111,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     if has_first_page {
         put(&front::page(&out)?, &out)?;
     }
-    Ok(outcome)
+    check(&out)
 }
 
 /// The sections of all pages.
@@ -134,34 +131,35 @@ fn refuse_dirty(out: &Path, committed: &Path, is_dirty: bool) -> Result<()> {
     Ok(())
 }
 
-/// Says what is wrong with a report.
+/// Says what is wrong with a page, or with a report: its first page and those in the folders below.
 pub(crate) fn check(directory: &Path) -> Result<Outcome> {
-    let faults = report::check(directory)?;
-    for fault in &faults {
-        terminal::complain(format_args!("{fault}"));
+    let mut folders = vec![directory.to_owned()];
+    let below = sections::folders().into_iter().map(|(folder, _)| directory.join(folder));
+    folders.extend(below.filter(|folder| folder.join(PAGE).exists()));
+    if folders.len() > 1 && !directory.join(PAGE).exists() {
+        folders.remove(0);
     }
-    Ok(if faults.is_empty() { Outcome::Done } else { Outcome::Faulty })
+    let mut outcome = Outcome::Done;
+    for folder in folders {
+        for fault in report::check(&folder)? {
+            terminal::complain(format_args!("{}: {fault}", folder.display()));
+            outcome = Outcome::Faulty;
+        }
+    }
+    Ok(outcome)
 }
 
 /// A page of some sections, with the numbers that all sections have `measured` where the paper has one.
 fn page(context: &Context, place: &Place, jobs: &[Box<dyn Job>], measured: &BTreeMap<String, String>) -> Result<Page> {
-    let (mut seconds, mut sections, mut rows) = (0.0, Vec::new(), Vec::new());
+    let (mut seconds, mut sections) = (0.0, Vec::new());
     for job in jobs {
         let (provenance, mut section) = (job.provenance(), job.show(context)?);
         seconds += provenance.seconds;
         section.blocks.extend(provenance.words().map(Block::Paragraph));
-        rows.extend(provenance.row(&section.title));
         sections.push(section);
     }
     if place.has_networks {
         sections.insert(0, sections::claims::section(context, measured)?);
-    }
-    if !rows.is_empty() {
-        let head = ["measured", "When and where each section was measured", ""];
-        let headings = "section | measured | machine | revision | #minutes";
-        let conditions = Conditions::new("minutes", "of one core");
-        let blocks = vec![blocks::table(head, headings, rows, conditions)];
-        sections.push(Section { id: "measured-at".to_owned(), title: "Measured".to_owned(), blocks });
     }
     let conditions = Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
         .with("revision", REVISION)

@@ -86,7 +86,83 @@ fn leading(text: &str) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
+    use report::significant;
+    use serde::Deserialize;
+
     use super::*;
+
+    /// A sentence of the documentation with numbers of the report: `docs/numbers.toml`.
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Quoted {
+        /// The file, from the root of the repository.
+        file: String,
+        /// The text, with `{}` for each number.
+        text: String,
+        /// Where the numbers come from.
+        from: Vec<Source>,
+    }
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Source {
+        page: String,
+        csv: String,
+        #[serde(default, rename = "where")]
+        having: BTreeMap<String, String>,
+        column: String,
+        /// Significant digits; as it stands where there are none.
+        digits: Option<usize>,
+        #[serde(default = "one")]
+        times: f64,
+    }
+
+    fn one() -> f64 {
+        1.0
+    }
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct All {
+        numbers: Vec<Quoted>,
+    }
+
+    fn value(source: &Source) -> String {
+        let Source { page, csv, having, column, digits, times } = source;
+        let root = Path::new(crate::sources::ROOT);
+        let numbers = Folder(root.join("report")).read(page, csv).unwrap();
+        let numbers = numbers.unwrap_or_else(|| panic!("the report has no {page}/csv/{csv}.csv"));
+        let having: Vec<_> = having.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
+        let found: Vec<_> = numbers.select(&having, [column]).collect();
+        assert_eq!(found.len(), 1, "{page}/csv/{csv}.csv, {having:?}: {} rows", found.len());
+        let [text] = found[0];
+        match digits {
+            Some(digits) => {
+                let number = leading(text).unwrap_or_else(|| panic!("{text:?} of {csv} begins with no number"));
+                significant(number * times, *digits)
+            }
+            None => text.to_owned(),
+        }
+    }
+
+    #[test]
+    fn the_documentation_quotes_the_report_as_it_stands() {
+        let root = Path::new(crate::sources::ROOT);
+        let read = |file: &str| std::fs::read_to_string(root.join(file)).unwrap();
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        let all: All = toml::from_str(&read("docs/numbers.toml")).unwrap();
+        assert!(!all.numbers.is_empty());
+        for Quoted { file, text, from } in &all.numbers {
+            let values: Vec<String> = from.iter().map(value).collect();
+            let parts: Vec<&str> = text.split("{}").collect();
+            assert_eq!(parts.len(), values.len() + 1, "{text}");
+            let filled: String =
+                parts.iter().zip(values.iter().map(String::as_str).chain([""])).flat_map(|(a, b)| [*a, b]).collect();
+            assert!(words(&read(file)).contains(&words(&filled)), "{file} must say: {filled}");
+        }
+    }
 
     #[test]
     fn rows_are_found_by_their_values() {

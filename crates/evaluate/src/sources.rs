@@ -3,8 +3,6 @@
 use std::collections::BTreeSet;
 use std::process::Command;
 
-use report::Cell;
-
 // From the build script: ROOT, the folder of the sources; REVISION, the last one that changed them, and whether they were
 // changed since; IS_DIRTY, whether they were; BY_SECTION, hashes by the sections' names.
 include!(concat!(env!("OUT_DIR"), "/sources.rs"));
@@ -33,34 +31,43 @@ impl Provenance {
         self.seconds += seconds;
     }
 
-    /// When it was measured: a date, or the first and the last.
-    fn when(&self) -> Option<String> {
-        match (self.dates.first()?, self.dates.last()?) {
-            (first, last) if first != last => Some(format!("from {first} to {last}")),
-            (date, _) => Some(format!("on {date}")),
-        }
-    }
-
-    /// The machines and the revisions.
-    fn places(&self) -> [String; 2] {
-        [&self.machines, &self.revisions].map(|names| Vec::from_iter(names.iter().map(String::as_str)).join("; "))
-    }
-
     /// In a sentence; `None` where nothing was measured.
     pub(crate) fn words(&self) -> Option<String> {
-        let dates = self.when().map_or(String::new(), |dates| format!(" {dates}"));
-        let [machines, revisions] = self.places();
+        let dates = match (self.dates.first(), self.dates.last()) {
+            (Some(first), Some(last)) if first != last => format!(" from {first} to {last}"),
+            (Some(date), _) => format!(" on {date}"),
+            _ => String::new(),
+        };
+        let [revisions, machines] =
+            [&self.revisions, &self.machines].map(|names| Vec::from_iter(names.iter().map(String::as_str)).join("; "));
         let minutes = (self.seconds / 60.0).ceil();
         let words = format!("Measured{dates} in {minutes:.0} minutes, machine: {machines}, revision: {revisions}.");
         (!self.machines.is_empty()).then_some(words)
     }
 
-    /// As a row of a table, of what is called so: name, date, machine, revision, minutes.
-    pub(crate) fn row(&self, name: &str) -> Option<Vec<Cell>> {
-        let [machines, revisions] = self.places();
-        let minutes = format!("{:.0}", (self.seconds / 60.0).ceil());
-        let row = [name.to_owned(), self.when().unwrap_or_default(), machines, revisions, minutes];
-        (!self.machines.is_empty()).then(|| row.into_iter().map(Cell::from).collect())
+    /// What the sentences of a page say, all sections together: the inverse of [`Provenance::words`].
+    pub(crate) fn of_page(html: &str) -> Self {
+        let mut all = Self::default();
+        for sentence in html.split("<p>Measured").skip(1).filter_map(|rest| rest.split("</p>").next()) {
+            let Some((when, rest)) = sentence.split_once(" minutes, machine: ") else { continue };
+            let Some((machines, revisions)) = rest.split_once(", revision: ") else { continue };
+            let (dates, minutes) = when.rsplit_once(" in ").unwrap_or(("", "0"));
+            let dates = dates.split_whitespace().filter(|word| word.starts_with(|c: char| c.is_ascii_digit()));
+            all.dates.extend(dates.map(str::to_owned));
+            all.machines.extend(machines.split("; ").map(str::to_owned));
+            // Without the hash of each section's sources.
+            let revisions = revisions.trim_end_matches('.').split("; ");
+            all.revisions.extend(revisions.filter_map(|text| text.split(' ').next()).map(str::to_owned));
+            all.seconds += 60.0 * minutes.parse().unwrap_or(0.0);
+        }
+        all
+    }
+
+    /// Dates, machines and revisions as text, and minutes.
+    pub(crate) fn texts(&self) -> [String; 4] {
+        let list = |names: &BTreeSet<String>| Vec::from_iter(names.iter().map(String::as_str)).join("; ");
+        let short: BTreeSet<String> = self.revisions.iter().map(|name| name.chars().take(8).collect()).collect();
+        [list(&self.dates), list(&self.machines), list(&short), format!("{:.0}", self.seconds / 60.0)]
     }
 }
 
@@ -97,5 +104,7 @@ mod tests {
         }
         let words = provenance.words().unwrap();
         assert_eq!(words, "Measured from 2026-11-22 to 2026-11-24 in 2 minutes, machine: a; b, revision: abc.");
+        let page = format!("<p>Before.</p><p>{words}</p><h2>Next</h2><p>Measured in 3 minutes, machine: c, revision: 0123456789 (sources 1).</p>");
+        assert_eq!(Provenance::of_page(&page).texts(), ["2026-11-22; 2026-11-24", "a; b; c", "01234567; abc", "5"]);
     }
 }

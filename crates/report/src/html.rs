@@ -18,7 +18,7 @@ pub(crate) fn page(page: &Page) -> String {
     let sheet = Xml::raw(format!("<style>{}</style>", style(include_str!("page.css"))));
     let head = Xml::nest("head", &[], [Xml::raw(META), Xml::element("title", &[], &page.title), sheet]);
     let lead = page.lead.iter().map(|text| paragraph(text, &labels));
-    let header = [Xml::element("h1", &[], &page.title)].into_iter().chain(lead).chain([conditions(&page.conditions)]);
+    let header = [Xml::element("h1", &[], &page.title)].into_iter().chain(lead);
     let sections = page.sections.iter().map(|section| {
         let title = Xml::element("h2", &[("id", &section.id)], &section.title);
         let blocks = section.blocks.iter().filter_map(|block| match block {
@@ -27,7 +27,8 @@ pub(crate) fn page(page: &Page) -> String {
         });
         Xml::nest("section", &[("aria-labelledby", &section.id)], [title].into_iter().chain(blocks))
     });
-    let parts = [Xml::nest("header", &[], header), contents(page, &labels), Xml::nest("main", &[], sections)];
+    let footer = Xml::nest("footer", &[], [conditions(&page.conditions)]);
+    let parts = [Xml::nest("header", &[], header), contents(page, &labels), Xml::nest("main", &[], sections), footer];
     let html = Xml::nest("html", &[("lang", &"en")], [head, Xml::nest("body", &[], parts)]);
     format!("<!DOCTYPE html>\n{html}\n")
 }
@@ -55,7 +56,11 @@ fn contents(page: &Page, labels: &Labels<'_>) -> Xml {
         let items = section.blocks.iter().filter_map(Block::evidence);
         let mut items =
             items.map(|item| entry(item.id, &format!("{}. {}", labels[item.id], item.title), None)).peekable();
-        let below = items.peek().is_some().then(|| Xml::nest("ul", &[], items));
+        // Folded, so that a page with a hundred figures still begins with what it says.
+        let below = items.peek().is_some().then(|| {
+            let summary = Xml::element("summary", &[], "figures and tables");
+            Xml::nest("details", &[], [summary, Xml::nest("ul", &[], items)])
+        });
         entry(&section.id, &section.title, below)
     };
     let list = Xml::nest("ul", &[], page.sections.iter().map(section));

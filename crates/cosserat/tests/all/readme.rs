@@ -6,7 +6,7 @@ const README: &str = include_str!("../../../../README.md");
 
 /// Rows of a table of the report, each by the names of its columns.
 fn table(name: &str) -> Vec<HashMap<String, String>> {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../report/csv");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../report/paper/csv");
     let mut reader = csv::Reader::from_path(folder.join(name)).unwrap();
     reader.deserialize().map(Result::unwrap).collect()
 }

@@ -8,6 +8,7 @@ mod dynamics;
 mod equilibria;
 mod gradients;
 mod knot;
+mod laws;
 mod long_term;
 mod needs;
 mod newton;
@@ -41,7 +42,7 @@ static ACCURACY: Place = Place {
     lead: &[
         "What a user gets without learning: error against run time of each formulation and integrator, stiff and extreme cases, \
          and what each scene leaves out.",
-        "One command, `cargo run -p evaluate -- report --only time-step,stability,needs`, measures it. Every figure and table has a \
+        "One command, `cargo run -p evaluate -- report --only time-step,stability,laws,needs`, measures it. Every figure and table has a \
          CSV file.",
     ],
     has_networks: false,
@@ -153,11 +154,12 @@ fn cells<S: Section + 'static>(section: S) -> Box<dyn Job> {
 }
 
 /// All sections, in the order of their pages.
-pub(crate) static SECTIONS: [Named; 18] = [
+pub(crate) static SECTIONS: [Named; 19] = [
     accuracy("time-step", "Error against run time, by formulation and integrator", || {
         cells(time_step::TimeStep::default())
     }),
     accuracy("stability", "Stiff and extreme cases", || cells(stability::Stability::default())),
+    accuracy("laws", "Random scenes, held against laws of mechanics", || cells(laws::Laws)),
     accuracy("needs", "What each scene needs, and what is chosen for it", || cells(needs::Scenes)),
     learned("precision", "Error against run time of solvers and starts", || cells(precision::Precision::default())),
     learned("performance", "Over the number of segments, stiffness and tolerance", || cells(performance::Performance)),

@@ -22,16 +22,14 @@ fn error(output: &Output) -> String {
 fn make(folder: &Path) -> String {
     let output = evaluate(folder, &NEEDS);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    fs::read_to_string(folder.join("report/index.html")).expect("a page")
+    fs::read_to_string(folder.join("report/accuracy/index.html")).expect("a page")
 }
 
 #[test]
 fn a_report_is_whole_names_its_conditions_and_is_kept() {
     let folder = TempDir::new().expect("a folder");
     let page = make(folder.path());
-    for condition in
-        ["machine", "revision", "threads", "networks", "weights BLAKE3", "steps", "Measured on ", "sources BLAKE3"]
-    {
+    for condition in ["machine", "revision", "threads", "networks", "steps", "Measured on ", "sources BLAKE3"] {
         assert!(page.contains(condition), "no {condition}");
     }
     let checked = evaluate(folder.path(), &["check"]);
@@ -55,7 +53,7 @@ fn a_report_is_whole_names_its_conditions_and_is_kept() {
 fn a_page_is_written_when_its_sections_are_asked_for() {
     let folder = TempDir::new().expect("a folder");
     make(folder.path());
-    let first = fs::read(folder.path().join("report/index.html")).expect("a page");
+    let first = fs::read(folder.path().join("report/accuracy/index.html")).expect("a page");
     let sections = ["report", "--quick", "--only", "newton,equilibria,gradients", "--quiet"];
     let output = evaluate(folder.path(), &sections);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -64,27 +62,27 @@ fn a_page_is_written_when_its_sections_are_asked_for() {
         assert!(page.contains(part), "no {part}");
     }
     assert!(!page.contains("networks") && !page.contains("id=\"claims\""));
-    assert_eq!(fs::read(folder.path().join("report/index.html")).expect("a page"), first);
+    assert_eq!(fs::read(folder.path().join("report/accuracy/index.html")).expect("a page"), first);
 }
 
 /// What another section's report left goes; a file that no report wrote stays.
 #[test]
 fn only_what_a_report_wrote_is_removed() {
     let folder = TempDir::new().expect("a folder");
-    let svg = folder.path().join("report/svg");
-    let is_there = |name: &str| svg.join(name).exists();
+    let page = folder.path().join("report/paper");
+    let is_there = |name: &str| page.join(name).exists();
     assert!(evaluate(folder.path(), &["long-term", "--quick", "--quiet", "--out", "report"]).status.success());
-    assert!(folder.path().join("report/csv/long-term-worst.csv").exists());
-    fs::write(svg.join("mine.svg"), "mine").expect("written");
-    make(folder.path());
-    assert!(is_there("mine.svg") && is_there("needs-stages.svg"));
-    assert!(!folder.path().join("report/csv/long-term-worst.csv").exists());
+    assert!(is_there("csv/long-term-worst.csv") && is_there("svg/long-term-length.svg"));
+    fs::write(page.join("svg/mine.svg"), "mine").expect("written");
+    assert!(evaluate(folder.path(), &["ablation", "--quick", "--quiet", "--out", "report"]).status.success());
+    assert!(is_there("svg/mine.svg") && is_there("csv/claims-table.csv"));
+    assert!(!is_there("csv/long-term-worst.csv") && !is_there("svg/long-term-length.svg"));
 }
 
 #[test]
 fn shards_make_the_report_when_all_cells_are_there() {
     let folder = TempDir::new().expect("a folder");
-    let page = folder.path().join("report/index.html");
+    let page = folder.path().join("report/accuracy/index.html");
     let shard = |text| evaluate(folder.path(), &["report", "--quick", "--only", "needs", "--shard", text]);
     let first = shard("0/2");
     assert!(first.status.success() && !page.exists());
@@ -97,7 +95,7 @@ fn shards_make_the_report_when_all_cells_are_there() {
 fn faults_of_a_report_are_found() {
     let folder = TempDir::new().expect("a folder");
     make(folder.path());
-    fs::remove_file(folder.path().join("report/csv/needs-choices.csv")).expect("a file");
+    fs::remove_file(folder.path().join("report/accuracy/csv/needs-choices.csv")).expect("a file");
     let checked = evaluate(folder.path(), &["check"]);
     assert_eq!(checked.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&checked.stderr).contains("needs-choices.csv"));
@@ -130,7 +128,7 @@ fn damaged_results_and_wrong_flags_are_one_error() {
 fn a_section_has_a_command_of_its_own() {
     let folder = TempDir::new().expect("a folder");
     assert!(evaluate(folder.path(), &["ablation", "--quick", "--quiet"]).status.success());
-    assert!(folder.path().join("out/ablation/index.html").exists() && !folder.path().join("report").exists());
+    assert!(folder.path().join("out/ablation/paper/index.html").exists() && !folder.path().join("report").exists());
     assert_eq!(evaluate(folder.path(), &["ablations"]).status.code(), Some(2));
 }
 
@@ -161,5 +159,23 @@ fn an_interrupted_report_goes_on() {
     let kept = cells();
     assert!(kept >= 3 && !folder.path().join("report").exists());
     assert!(evaluate(folder.path(), &arguments).status.success());
-    assert!(cells() > kept && folder.path().join("report/index.html").exists());
+    assert!(cells() > kept && folder.path().join("report/paper/index.html").exists());
+}
+
+/// The first page quotes the others; what they do not have it says is not measured. It is there where there was one before.
+#[test]
+fn the_first_page_quotes_the_others() {
+    let folder = TempDir::new().expect("a folder");
+    make(folder.path());
+    let page = folder.path().join("report/index.html");
+    assert!(!page.exists(), "a part of the report has no first page");
+    fs::write(&page, "an older one").expect("written");
+    make(folder.path());
+    let text = fs::read_to_string(&page).expect("a page");
+    assert!(text.contains("not measured") && text.contains("times real time, with the direct solver"), "{text}");
+    // The same number as on the page that it quotes.
+    let choices = fs::read_to_string(folder.path().join("report/accuracy/csv/needs-choices.csv")).expect("a table");
+    let tree = choices.lines().find(|line| line.starts_with("tree-70,newton")).expect("a row");
+    let rate = tree.rsplit(',').next().expect("a number");
+    assert!(text.contains(&format!(">{rate} times real time")), "{rate}");
 }
