@@ -104,7 +104,9 @@ mod tests {
         }
         let words = provenance.words().unwrap();
         assert_eq!(words, "Measured from 2026-11-22 to 2026-11-24 in 2 minutes, machine: a; b, revision: abc.");
-        let page = format!("<p>Before.</p><p>{words}</p><h2>Next</h2><p>Measured in 3 minutes, machine: c, revision: 0123456789 (sources 1).</p>");
+        let page = format!(
+            "<p>Before.</p><p>{words}</p><h2>Next</h2><p>Measured in 3 minutes, machine: c, revision: 0123456789 (sources 1).</p>"
+        );
         assert_eq!(Provenance::of_page(&page).texts(), ["2026-11-22; 2026-11-24", "a; b; c", "01234567; abc", "5"]);
     }
 }
