@@ -32,18 +32,27 @@ pub(crate) fn page(out: &Path) -> Result<Page> {
     ];
     Ok(Page {
         title: "Elastic rods: what holds, what pays, what to trust".to_owned(),
-        lead: vec![
+        lead: vec![format!(
             "Should I use a learned guess? For equilibria without a history and for real cables, yes; for steps of a motion, no: \
              the tables below have the ratios. Which defaults should I trust? Formulation `newton` with integrator `bdf2`, which the \
-             simulator takes by itself. How accurate and how fast is my scene? The figure shows six kinds of scenes; \
-             [accuracy](accuracy/index.html) has the others."
-                .to_owned(),
-        ],
+             simulator takes by itself. How accurate and how fast is my scene? The figure shows six kinds of scenes; {} has the \
+             others.",
+            link(&folder, "accuracy", "accuracy")
+        )],
         conditions: Conditions::new("program", format!("evaluate {}", env!("CARGO_PKG_VERSION")))
             .with("revision", REVISION)
             .with("numbers", "from the CSV files of the pages that the tables name"),
         sections,
     })
+}
+
+/// A link to another page, in a paragraph; plain text where there is no such page.
+fn link(folder: &Folder, page: &str, text: &str) -> String {
+    if folder.0.join(page).join("index.html").is_file() {
+        format!("[{text}]({page}/index.html)")
+    } else {
+        text.to_owned()
+    }
 }
 
 /// Conditions of what is quoted.
@@ -58,10 +67,11 @@ fn paper(folder: &Folder) -> Result<Section> {
     let introduction = format!(
         "The claims of *Accurately Solving Physical Systems with Graph Learning* (ICLR 2021), and what came of them here: {} hold, \
          {} hold in part, {} do not. Savings are of time against conjugate gradients from zero, as in the paper; \
-         [all 93 numbers](paper/index.html) of the paper stand beside ours.",
+         {} of the paper stand beside ours.",
         count(claims::HOLDS),
         count(claims::IN_PART),
-        count(claims::FAILS)
+        count(claims::FAILS),
+        link(folder, "paper", "all 93 numbers")
     );
     let cells = rows.into_iter().map(|claims::Row { claim, verdict, number, page }| {
         let verdict = if verdict == claims::HOLDS { Cell::strong(verdict) } else { verdict.into() };
@@ -139,11 +149,11 @@ fn stability(folder: &Folder) -> Result<Section> {
             ]);
         }
     }
-    if let Some(laws) = folder.read("accuracy", "laws-broken")? {
-        for [what, count, remark] in laws.select(&[], ["law", "scenes", "which"]) {
+    if let Some(laws) = folder.read("random", "laws-broken")? {
+        for [what, count, of, remark] in laws.select(&[], ["law", "scenes", "of", "which"]) {
             rows.push(vec![
                 format!("random scenes: {what}").into(),
-                "".into(),
+                of.into(),
                 count.into(),
                 "".into(),
                 "".into(),
@@ -151,8 +161,12 @@ fn stability(folder: &Folder) -> Result<Section> {
             ]);
         }
     }
-    let introduction = "Stiff (1e12 Pa), slack, tiny, huge and degenerate rods, and scenes drawn at random and held against laws of mechanics. \
-        Each row counts what is not as it must be; [accuracy](accuracy/index.html) lists every case.";
+    let introduction = format!(
+        "Stiff (1e12 Pa), slack, tiny, huge and degenerate rods, and scenes drawn at random and held against laws of mechanics. Each row \
+         counts what is not as it must be; {} lists every case, {} every scene.",
+        link(folder, "accuracy", "accuracy"),
+        link(folder, "random", "random scenes")
+    );
     let mut blocks = Vec::new();
     if !rows.is_empty() {
         let head = [
@@ -161,9 +175,14 @@ fn stability(folder: &Folder) -> Result<Section> {
             "Energy rise relative to the energy at stake; depth relative to the radius.",
         ];
         let headings = "what | #cases | #not as it must be | #largest energy rise | #deepest overlap | which";
-        blocks.push(table(head, headings, rows, quoted("accuracy/csv/stability-cases.csv, laws-broken.csv")));
+        blocks.push(table(
+            head,
+            headings,
+            rows,
+            quoted("accuracy/csv/stability-cases.csv, random/csv/laws-broken.csv"),
+        ));
     }
-    Ok(section(["stability", "Stability", introduction], blocks))
+    Ok(section(["stability", "Stability", &introduction], blocks))
 }
 
 /// What each scene leaves out in one table.

@@ -92,15 +92,15 @@ impl Section for Laws {
         for (scene, law, _) in broken() {
             by_law.entry(law).or_default().push(scene.to_string());
         }
-        let scenes = sum(|value| value.scenes);
+        let scenes_run = sum(|value| value.scenes);
         let conditions = context
             .without_networks("none: laws are checked")
-            .with("scenes", format!("{scenes} of seed {SEED}, {} steps", sum(|value| value.steps)));
+            .with("scenes", format!("{scenes_run} of seed {SEED}, {} steps", sum(|value| value.steps)));
         let row = |(law, scenes): (&str, Vec<String>)| {
             let count = scenes.len().to_string();
             let which = if scenes.is_empty() { Cell::muted("-") } else { scenes.join(", ").into() };
             let count = if scenes.is_empty() { count.into() } else { Cell::strong(count) };
-            vec![law.into(), count, which]
+            vec![law.into(), count, scenes_run.to_string().into(), which]
         };
         let head = [
             "laws-broken",
@@ -108,7 +108,8 @@ impl Section for Laws {
             "Each law by the number of scenes in which a step breaks it without a status that says so. `evaluate random --seed 77 --first N \
              --count 1` shows scene N.",
         ];
-        let laws = table(head, "law | #scenes | which", by_law.into_iter().map(row).collect(), conditions.clone());
+        let laws =
+            table(head, "law | #scenes | #of | which", by_law.into_iter().map(row).collect(), conditions.clone());
         let words =
             broken().map(|(scene, law, how)| vec![scene.to_string().into(), law.as_str().into(), how.as_str().into()]);
         let head = ["laws-scenes", "How they break them", ""];
@@ -117,7 +118,7 @@ impl Section for Laws {
             blocks.push(table(head, "#scene | law | how", words.collect(), conditions));
         }
         let introduction = format!(
-            "Scenes drawn at random from the documented features, each run held against laws of mechanics step by step: of {scenes} scenes \
+            "Scenes drawn at random from the documented features, each run held against laws of mechanics step by step: of {scenes_run} scenes \
              with {} steps and {} contact forces {} break a law; {} steps in {} scenes were not solved, as their status says.",
             sum(|value| value.steps),
             sum(|value| value.contacts),
