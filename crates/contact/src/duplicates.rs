@@ -10,7 +10,7 @@ use std::cmp::Reverse;
 use component::Members;
 use kernels::math::Vec3;
 use kernels::parallel;
-use rod::{Body, Joint, Model};
+use rod::{Body, Freedom, Joint, Model};
 
 use super::contacts_grain;
 use super::geometry::Contact;
@@ -45,7 +45,12 @@ pub fn shapes<'a>(model: &Model, sets: impl Iterator<Item = &'a Members>) -> Vec
 /// Says of each end where segments meet which of them stands for it, and which two are as thick and alone there.
 fn share_ends(model: &Model, shapes: &mut [Shape]) {
     let mut met = vec![[0; 2]; shapes.len()];
-    for joint in &model.joints {
+    // Where a joint has broken, or may, each of its two ends touches for itself.
+    let may_part = |index: usize| {
+        model.joints[index].freedom == Freedom::Broken
+            || model.breakable.binary_search_by_key(&index, |own| own.joint).is_ok()
+    };
+    for (index, joint) in model.joints.iter().enumerate() {
         let is_rigid = joint.stretch_compliance.max(joint.shear_compliance) <= Joint::RIGID;
         for (body, other, offset) in [(joint.a, joint.b, joint.offset_a), (joint.b, joint.a, joint.offset_b)] {
             if let (Body::Segment(i), Body::Anchor(_)) = (body, other)
@@ -58,6 +63,7 @@ fn share_ends(model: &Model, shapes: &mut [Shape]) {
         }
         if let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b)
             && joint.mount.is_none()
+            && !may_part(index)
             && let (Some(end_a), Some(end_b)) = (shapes[a].end_at(joint.offset_a), shapes[b].end_at(joint.offset_b))
         {
             // The thicker of two ends that meet stands for both, unless the joint lets them part.
