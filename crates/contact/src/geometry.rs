@@ -47,6 +47,8 @@ pub struct Contact {
     pub target: f64,
     /// Impulse times dt on the segment so far in this step [N s^2].
     pub impulse: Vec3<f64>,
+    /// What of it has moved its bodies: without a momentum residual nothing brings them after an impulse that has turned since.
+    pub applied: Vec3<f64>,
     /// That of the step before in its frame, from which the sweeps begin.
     pub guess: [f64; 3],
     /// Steps in a row in which it has pressed.
@@ -119,6 +121,7 @@ impl Contact {
             slip: zero,
             target: 0.0,
             impulse: zero,
+            applied: zero,
             guess: [0.0; 3],
             pressed: 0,
             compliance: [0.0; 2],

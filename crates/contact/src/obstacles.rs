@@ -170,4 +170,10 @@ impl Placed {
     pub fn velocity_at(&self, arm: Vec3<f64>) -> Option<Vec3<f64>> {
         self.obstacle.motion.as_ref().map(|_| self.velocity.linear + self.velocity.angular.cross(arm))
     }
+
+    /// How far that place goes in the step [m].
+    pub fn way_of(&self, arm: Vec3<f64>) -> Vec3<f64> {
+        let [start, end] = &self.poses;
+        end.x + end.q.rotate(start.q.rotate_back(arm)) - start.x - arm
+    }
 }

@@ -327,7 +327,9 @@ impl Steps for Island<'_> {
         }
         let guessed = self.is_guessed();
         self.sets.iter_mut().filter_map(|set| set.exact.as_mut()).for_each(|exact| exact.begin_attempt());
-        self.with_stage(|stage, shared, sets, counters| stage.begin(shared, sets, guessed, counters));
+        self.with_stage(|stage, shared, sets, counters| {
+            stage.begin(shared, sets, (guessed, params.formulation), counters)
+        });
         let mut contact = self.observe(params, 0);
         self.each(|set| {
             set.attempt.target = set.attempt.target.max(params.contact.joint_tolerance * params.contact_tolerance);

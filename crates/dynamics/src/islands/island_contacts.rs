@@ -61,6 +61,8 @@ pub(crate) struct IslandContacts {
     unit: f64,
     /// Difference of gaps that is none where places on axes that are nearly parallel would jump \[radii, or units\]; 0 where all count.
     hysteresis: f64,
+    /// Whether a momentum residual brings bodies after impulses that turn.
+    corrects: bool,
     /// Time step [s]; 0 before the first.
     dt: f64,
     /// The time by whose square impulses are forces [s]: see [`Component::effective_dt`].
@@ -123,7 +125,14 @@ impl IslandContacts {
 
     /// Begins a step whose prediction is made and whose contacts are found. `presses`: whether those of the step before press
     /// from the start, as they do where the momentum residual corrects it.
-    pub(crate) fn begin(&mut self, shared: &Shared, components: &Sets<'_>, presses: bool, counters: &mut Counters) {
+    pub(crate) fn begin(
+        &mut self,
+        shared: &Shared,
+        components: &Sets<'_>,
+        (presses, formulation): (bool, Formulation),
+        counters: &mut Counters,
+    ) {
+        self.corrects = formulation.momentum();
         let first = components.iter().next().map(|set| &set.component);
         self.effective_dt = first.map_or(0.0, Component::effective_dt);
         self.dt = first.map_or(0.0, Component::dt);
@@ -133,6 +142,7 @@ impl IslandContacts {
                 if contact.effective_dt > 0.0 { (self.effective_dt / contact.effective_dt).powi(2) } else { 0.0 };
             contact.guess = contact.guess.map(|x| x * scale);
             contact.impulse = if presses { contact.world(contact.guess) } else { Vec3::zero() };
+            contact.applied = contact.impulse;
             // What holds a place in an obstacle, within the tolerance, would bear a force that grows with the stiffness of joints alone.
             let is_held = contact.gap < 0.0 && shared.detector.is_held(contact);
             contact.target = if is_held { contact.gap.max(-shared.tolerance * contact.radius) } else { 0.0 };
@@ -190,6 +200,7 @@ impl IslandContacts {
         }
         for (k, contact) in self.contacts.iter_mut().enumerate() {
             contact.impulse = contact.world(contact.guess);
+            contact.applied = contact.impulse;
             if contact.impulse != Vec3::zero() {
                 self.active.push(k as u32);
                 push(contact, shapes, components, contact.impulse, |component| &mut component.pushes);
@@ -284,7 +295,14 @@ impl IslandContacts {
             };
             // A step of second order knows velocities at its start beside those over the step before.
             let late = relative(|component, body| component.velocity(body, 0) - component.velocities[body].linear);
-            let speed = -meeting(contact, &world, components).dot(contact.normal) - late;
+            // An obstacle whose velocity changes meets with that over the step, which is the one that its work is done at.
+            let obstacle = contact.key.1.obstacle().map(|i| &world.obstacles[i as usize]);
+            let mean = obstacle.and_then(|obstacle| {
+                let arm = contact.arms[1];
+                Some(obstacle.way_of(arm) * (1.0 / self.dt) - obstacle.velocity_at(arm)?)
+            });
+            let meets = meeting(contact, &world, components) - mean.unwrap_or(Vec3::zero());
+            let speed = -meets.dot(contact.normal) - late;
             if speed > shared.slow * self.dt && contact.gap < speed * self.dt {
                 // An overlap that is let out must not leave at once.
                 let from = if contact.target < 0.0 { contact.target } else { contact.gap.max(0.0) };
@@ -332,8 +350,8 @@ impl IslandContacts {
             let contact = &mut self.contacts[index as usize];
             let force = self.problem.unknowns()[k].force;
             let impulse = contact.world(force);
-            let change = impulse - contact.impulse;
-            contact.impulse = impulse;
+            let change = impulse - if self.corrects { contact.impulse } else { contact.applied };
+            (contact.impulse, contact.applied) = (impulse, impulse);
             contact.guess = force;
             contact.compliance = self.problem.compliance(k);
             push(contact, shapes, components, change, |component| &mut component.pushes);
@@ -373,8 +391,9 @@ impl IslandContacts {
             if is_out && contact.impulse == Vec3::zero() {
                 continue;
             }
-            let before = contact.local(contact.impulse);
-            let force = if contact.impulse == Vec3::zero() { contact.guess } else { before };
+            let pressing = contact.local(contact.impulse);
+            let force = if contact.impulse == Vec3::zero() { contact.guess } else { pressing };
+            let before = if self.corrects { pressing } else { contact.local(contact.applied) };
             self.active.push(index as u32);
             let friction = Coulomb(contact.coefficient);
             let scale = contact.radius.min(self.unit);
@@ -423,7 +442,7 @@ impl IslandContacts {
     pub(crate) fn roll_back(&mut self) {
         self.search.take_back();
         for contact in &mut self.contacts {
-            contact.impulse = Vec3::zero();
+            (contact.impulse, contact.applied) = (Vec3::zero(), Vec3::zero());
         }
     }
 }

@@ -32,7 +32,7 @@ impl Pair {
         stage.start(shared, 0..2);
         stage.take_search(shared);
         shared.found.drain(..).for_each(|contact| stage.take(contact));
-        stage.begin(shared, &rods.all(), presses, &mut counters);
+        stage.begin(shared, &rods.all(), (presses, Formulation::Newton), &mut counters);
     }
 
     /// Whether there was an impact.
