@@ -26,6 +26,7 @@ mod evaluate;
 mod external_impulses;
 mod forces;
 mod formulation;
+mod half_turn;
 mod hold;
 mod implicit;
 mod inelastic;

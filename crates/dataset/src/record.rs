@@ -152,7 +152,7 @@ pub(crate) fn record(scene: &Scene, index: u64, config: &Config) -> Result<Recor
             status @ (Status::NonFinite | Status::TooManyContacts) => {
                 return Err(wrong(format!("step {step}: {}", status.name())));
             }
-            Status::OutOfIterations | Status::Apart => unconverged += 1,
+            Status::PastHalfTurn | Status::OutOfIterations | Status::Apart => unconverged += 1,
             Status::Converged | Status::ConvergedInSubsteps => {}
         }
     }

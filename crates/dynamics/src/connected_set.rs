@@ -131,6 +131,12 @@ impl ConnectedSet {
         if is_solved && gapes >= 0.0 { status.max(Status::Apart) } else { status }
     }
 
+    /// What the status of the last attempt is at least: a joint may have turned past half a turn. The step stands, and those after it go on from it.
+    pub(crate) fn least_status(&self) -> Status {
+        let is_past = self.component.is_past_half_turn(0, self.attempt.target);
+        if is_past { Status::PastHalfTurn } else { Status::Converged }
+    }
+
     /// Whether the last attempt leaves joints apart or askew by more than a tenth.
     pub(crate) fn is_torn(&self) -> bool {
         let residuals = &self.attempt.residuals;
@@ -251,7 +257,7 @@ impl Steps for ConnectedSet {
             self.component.roll_back();
             return status;
         }
-        let status = self.ended(status);
+        let (status, least) = (self.ended(status), self.least_status());
         if let Some(substeps) = &mut self.substeps {
             substeps.push(Substep::of(&self.component, 0));
         }
@@ -260,7 +266,7 @@ impl Steps for ConnectedSet {
         if hits || status != Status::Converged {
             self.component.begin_anew(1.0);
         }
-        status
+        status.max(least)
     }
 
     fn counters_mut(&mut self) -> &mut Counters {

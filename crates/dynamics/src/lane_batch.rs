@@ -115,10 +115,14 @@ impl LaneBatch {
             #[inline(always)]
             || component.gapes(),
         );
-        let kept = (0..members.len()).filter(|&lane| active.lane(lane) >= 0.0 && gapes.lane(lane) >= 0.0);
+        let kept = (0..members.len()).filter(|&lane| active.lane(lane) >= 0.0);
         for lane in kept.filter(|lane| alone.iter().all(|(other, _)| other != lane)) {
-            statuses[lane] = Status::Apart;
-            anew.set_lane(lane, 1.0);
+            if gapes.lane(lane) >= 0.0 {
+                statuses[lane] = Status::Apart;
+                anew.set_lane(lane, 1.0);
+            } else if component.is_past_half_turn(lane, result.target.lane(lane)) {
+                statuses[lane] = statuses[lane].max(Status::PastHalfTurn);
+            }
         }
         for (lane, substeps) in substeps.iter_mut().enumerate().filter(|(lane, _)| active.lane(*lane) >= 0.0) {
             if alone.iter().all(|(other, _)| *other != lane) {

@@ -125,6 +125,9 @@ pub enum Status {
     Converged,
     /// To the tolerance, in substeps.
     ConvergedInSubsteps,
+    /// To the tolerance, but a joint with a rest strain, a law or inner damping has turned past half a turn. Its strain begins again on the other side
+    /// there, and so its energy jumps: the motion from there on is that of another rod.
+    PastHalfTurn,
     /// The cap on iterations came first, even with the smallest substep. Where contacts were off by more than
     /// [`ContactParams::max_error`] radii then, what moves freely in their island was left where it was, at rest.
     OutOfIterations,
@@ -147,6 +150,7 @@ impl Status {
         match self {
             Status::Converged => "converged",
             Status::ConvergedInSubsteps => "converged in substeps",
+            Status::PastHalfTurn => "joints past half a turn",
             Status::OutOfIterations => "out of iterations",
             Status::Apart => "joints apart",
             Status::TooManyContacts => "too many contacts",

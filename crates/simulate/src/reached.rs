@@ -15,6 +15,8 @@ pub(crate) struct Reached {
     pub(crate) status: Status,
     /// Its steps with joints apart, if there were any.
     pub(crate) apart: Option<Apart>,
+    /// Steps with the status [`Status::PastHalfTurn`].
+    pub(crate) past_half_turn: usize,
     /// Whether Ctrl-C stopped it.
     pub(crate) interrupted: bool,
     /// Why the disk took no more, where that stopped it.

@@ -230,6 +230,15 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
                     scene.name
                 ))
             }
+            None if reached.status == Status::PastHalfTurn && args.end_to_end.is_none() => {
+                let steps =
+                    if reached.past_half_turn == 1 { "1 step" } else { &format!("{} steps", reached.past_half_turn) };
+                Outcome::Inaccurate(format!(
+                    "{}: in {steps} a joint with a rest strain, a law or inner damping turned past half a turn, where its energy jumps: \
+                     the results may be wrong; try more segments",
+                    scene.name
+                ))
+            }
             None => Outcome::Done,
         },
     })
@@ -278,7 +287,7 @@ fn go(
     (stops_apart, mut again): (bool, Option<&mut Replay<'_>>),
 ) -> Result<Reached> {
     let (mut status, mut steps, mut wall, mut refused) = (Status::Converged, 0, Duration::ZERO, None);
-    let (mut apart, mut snapshot) = (None, Snapshot::default());
+    let (mut apart, mut past_half_turn, mut snapshot) = (None, 0, Snapshot::default());
     let (mut next, mut model) = (state.clone(), Cow::Borrowed(&scene.model));
     let mut last = scene.run.steps == 0 || progress.stopped();
     while !last {
@@ -296,6 +305,7 @@ fn go(
         status = status.max(now);
         wall += begin.elapsed();
         steps += 1;
+        past_half_turn += usize::from(now == Status::PastHalfTurn);
         last = !progress.advance() || steps == scene.run.steps || status.is_stuck();
         if matches!(now, Status::OutOfIterations | Status::Apart) {
             simulation.store(&mut next);
@@ -348,7 +358,7 @@ fn go(
             last |= refused.is_some();
         }
     }
-    Ok(Reached { steps, status, apart, interrupted: progress.stopped(), refused, wall })
+    Ok(Reached { steps, status, apart, past_half_turn, interrupted: progress.stopped(), refused, wall })
 }
 
 /// Makes what of a model changes over time that of a time [s].

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use acceptance::vibration::bending_mode;
 use acceptance::{Beam, assert_order, by_euler, run, tight};
 use cosserat::assembly::{Assembly, Damping, RestShape, RodSpec, Section, Stretch, shape};
+use cosserat::scene;
 use cosserat::simulation::{Formulation, Settings, Simulation, Status};
 use cosserat::state::{JointForce, Model, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -352,5 +353,43 @@ fn a_rod_that_spins_about_its_axis_keeps_spinning() {
         assert!((end.angular_velocities[i] - Vector3::x() * 10.0).norm() < 1e-9);
         let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 100.0 * 10.0 * dt) * state.orientations[i];
         assert!(end.orientations[i].angle_to(&turned) < 1e-7);
+    }
+}
+
+/// Steps of a rod of two segments, one of them fixed, the other one turned about the rod by 310 degrees; and their statuses.
+fn past_half_a_turn(more: &str, of_rod: &str) -> Vec<Status> {
+    let text = format!(
+        "gravity_m_s2 = [0, 0, 0]\n{more}\n[[rods]]\nname = \"rod\"\nradius_m = 0.01\nyoungs_modulus_pa = 1e7\nfixed_segments = [0]\n\
+         shape.straight = {{ direction = [1, 0, 0], length_m = 0.2, segments = 2 }}\n{of_rod}\n[[rods.motions]]\nat = \"end-segment\"\n\
+         times_s = [0, 0.6]\nturns_deg = [[0, 0, 0], [310, 0, 0]]\ninterpolation = \"linear\"\n"
+    );
+    let scene = scene::parse(&text, "turned.toml").expect("a scene");
+    let mut simulation =
+        Simulation::new(&scene.model, &scene.state, &by_euler(Settings::default()), None).expect("a model");
+    (0..60).map(|_| simulation.step(0.01).expect("a step").status).collect()
+}
+
+/// Where a strain begins again on the other side and its energy jumps, the status of that step says so, alone, in lanes, and where it may touch; where it does
+/// not jump, none.
+#[test]
+fn a_joint_past_half_a_turn_shows_where_its_energy_jumps() {
+    let told = |more: &str, of_rod: &str| {
+        let statuses = past_half_a_turn(more, of_rod);
+        let past: Vec<usize> = (0..statuses.len()).filter(|&k| statuses[k] == Status::PastHalfTurn).collect();
+        let others = statuses.iter().filter(|status| **status != Status::PastHalfTurn);
+        assert!(others.clone().all(|status| *status == Status::Converged), "{more} {of_rod}: {statuses:?}");
+        past
+    };
+    let shifts: Vec<String> = (1..8).map(|k| format!("[0, {k}, 0]")).collect();
+    let copies = format!("copies = [{{ rods = [\"rod\"], shifts_m = [{}] }}]", shifts.join(", "));
+    for more in ["", &copies, "contact = {}"] {
+        assert_eq!(told(more, ""), [0; 0], "{more}");
+        for of_rod in [
+            "rest = { darboux_per_m = [0, 0, 3] }",
+            "inner_damping = { twist_s = 0.01 }",
+            "yield = { moment_n_m = 1, torque_n_m = 1 }",
+        ] {
+            assert_eq!(told(more, of_rod), [34], "{more} {of_rod}");
+        }
     }
 }

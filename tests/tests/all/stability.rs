@@ -24,9 +24,11 @@ fn names(rows: &[CaseRun], is: impl Fn(&CaseRun) -> bool) -> Vec<&str> {
     rows.iter().filter(|row| is(row)).map(|row| row.case.as_str()).collect()
 }
 
+const PAST_HALF_TURN: &str = "joints past half a turn";
+
 /// Finite, without energy from nowhere, of unchanged length, and converged.
 fn stands(row: &CaseRun) -> bool {
-    let converged = ["converged", "converged in substeps"].contains(&row.status.as_str());
+    let converged = ["converged", "converged in substeps", PAST_HALF_TURN].contains(&row.status.as_str());
     converged && row.finite && row.energy_rise.is_none_or(|rise| rise <= 1e-6) && row.length_drift <= 1e-3
 }
 
@@ -55,12 +57,14 @@ fn newton_stands_every_case_but_one_and_says_so() {
     let rows = table(Formulation::Newton, Integrator::Euler);
     assert_eq!(rows.len(), stress::cases().len());
     assert_eq!(check_newton(&rows), [""; 0]);
+    assert_eq!(names(&rows, |row| row.status == PAST_HALF_TURN), [""; 0]);
 }
 
 #[test]
 fn so_it_does_with_the_second_order() {
     let rows = table(Formulation::Newton, Integrator::Bdf2);
     assert_eq!(check_newton(&rows), ["mass ratio 1e6, light end", "slack helix, dt = 0.1 s"]);
+    assert_eq!(names(&rows, |row| row.status == PAST_HALF_TURN), ["slack helix, dt = 0.1 s"]);
 }
 
 /// The paper's formulation, without geometric stiffness, shows that the table tells one from the other.
@@ -73,6 +77,7 @@ fn the_papers_formulation_gives_way_under_tension() {
     for case in fallen {
         assert_eq!(row(&rows, case).status, "out of iterations");
     }
+    assert_eq!(names(&rows, |row| row.status == PAST_HALF_TURN), ["slack helix, dt = 0.1 s"]);
     let heavy = row(&rows, "mass ratio 1e6, heavy end");
     assert!(heavy.length_drift > 0.1 && heavy.energy_rise.is_some_and(|rise| rise > 0.1), "{heavy:?}");
     let halved = names(&rows, |row| row.retries > 0 && stands(row));

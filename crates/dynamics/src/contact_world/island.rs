@@ -424,6 +424,7 @@ impl Steps for Island<'_> {
             return status;
         }
         let status = self.ended(status, params);
+        let least = self.sets.iter().map(ConnectedSet::least_status).max();
         if let Some(whole) = self.workspace.whole {
             self.stage.note_strays(self.shared, &self.sets, (self.workspace.end - whole.time) / whole.dt);
         }
@@ -442,7 +443,7 @@ impl Steps for Island<'_> {
         self.workspace.counters.worst_contact = self.workspace.counters.worst_contact.max(self.stage.worst());
         self.workspace.counters.deepest_penetration =
             self.workspace.counters.deepest_penetration.max(self.stage.deepest());
-        status
+        status.max(least.unwrap_or(status))
     }
 
     fn counters_mut(&mut self) -> &mut Counters {

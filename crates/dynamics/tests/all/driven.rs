@@ -234,7 +234,9 @@ fn reactions_balance_weight_and_inertia() {
     simulation.store(&mut after);
     for step in 0..150 {
         std::mem::swap(&mut before, &mut after);
-        assert_eq!(simulation.step(DT).unwrap().status, Status::Converged, "step {step}");
+        // The helix is turned by more than a turn: one of its joints past half of one.
+        let status = simulation.step(DT).unwrap().status;
+        assert!(matches!(status, Status::Converged | Status::PastHalfTurn), "step {step}: {status:?}");
         simulation.store(&mut after);
         simulation.store_joint_forces(&mut forces);
         model.set_time(simulation.time());

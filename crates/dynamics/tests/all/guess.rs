@@ -146,7 +146,8 @@ fn simulated(
     let factory = |model: &Model, members: &Members, topology: &Topology| guess.build(model, members, topology);
     let mut simulation = Simulation::new(model, state, &Settings { step, solver }, Some(&factory)).unwrap();
     for k in 0..30 {
-        assert!(simulation.step(dt(k)).unwrap().status <= Status::ConvergedInSubsteps);
+        // Branches of the tree fold past half a turn.
+        assert!(simulation.step(dt(k)).unwrap().status <= Status::PastHalfTurn);
     }
     let mut end = state.clone();
     simulation.store(&mut end);

@@ -142,7 +142,8 @@ fn reactions_balance_weight_and_inertia() {
     let mut forces = vec![JointForce::default(); model.joints.len()];
     let mut states = vec![stored(&simulation, &state)];
     for step in 1..=120 {
-        assert_eq!(simulation.step(DT).unwrap().status, Status::Converged, "step {step}");
+        let status = simulation.step(DT).unwrap().status;
+        assert!(matches!(status, Status::Converged | Status::PastHalfTurn), "step {step}: {status:?}");
         states.push(stored(&simulation, &state));
         simulation.store_joint_forces(&mut forces);
         model.set_time(simulation.time());

@@ -384,6 +384,25 @@ fn a_run_whose_joints_come_apart_says_so_and_fails() {
     assert_eq!((&summary["status"], summary["steps"].as_u64()), (&"joints apart".into(), Some(going)));
 }
 
+/// A joint that is bent at rest and twisted past half a turn, where its energy jumps.
+#[test]
+fn a_run_with_a_joint_past_half_a_turn_ends_with_a_warning_and_exit_code_1() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("turned.toml");
+    let text = "gravity_m_s2 = [0, 0, 0]\nrun = { dt_s = 0.01, steps = 60, integrator = \"euler\" }\n[[rods]]\nradius_m = 0.01\n\
+                youngs_modulus_pa = 1e7\nfixed_segments = [0]\nrest = { darboux_per_m = [0, 0, 3] }\n\
+                shape.straight = { direction = [1, 0, 0], length_m = 0.2, segments = 2 }\n[[rods.motions]]\nat = \"end-segment\"\n\
+                times_s = [0, 0.6]\nturns_deg = [[0, 0, 0], [310, 0, 0]]\n";
+    fs::write(&file, text).unwrap();
+    let output = run(&[file.to_str().unwrap()]);
+    let (code, printed, warned) = texts(&output);
+    assert_eq!(code, Some(1));
+    assert!(printed.contains("joints past half a turn: 60 steps"), "{printed}");
+    let warning =
+        "warning: turned: in 1 step a joint with a rest strain, a law or inner damping turned past half a turn";
+    assert!(warned.lines().any(|line| line.starts_with(warning)), "{warned}");
+}
+
 /// What is not solved to its tolerance says so to whoever reads the exit code alone, and writes its files all the same.
 #[test]
 fn a_run_with_steps_that_are_not_solved_ends_with_a_warning_and_exit_code_1() {

@@ -1,0 +1,33 @@
+//! Whether a joint has turned past half a turn in a step, so that what its strain stores is not that of the turn.
+//!
+//! The strain is made of the sine of half the angle of a relative rotation q, of which q and -q are the same: past half a turn it begins again on the other
+//! side, from `v` to `-v` (v: the vector part). Energy `(2 / l) sum K_i (v_i - r_i)^2` stays as it is there where nothing is at rest away from zero. Where it is,
+//! with a rest strain `2 r / l`, a law's memory or inner damping, energy jumps by up to `(8 / l) sum K_i |v_i r_i|`, from nowhere.
+
+use kernels::lane::Real;
+use kernels::math::Quat;
+
+use super::Component;
+
+impl<T: Real> Component<T> {
+    /// Whether a joint of a lane has turned past half a turn in the step under way, with a rest strain that counts beside `target` [rad], with a law or with inner
+    /// damping. Joints that turn freely, and those that transmit nothing, may.
+    pub fn is_past_half_turn(&self, lane: usize, target: f64) -> bool {
+        self.system.joints.iter().zip(&self.joints).enumerate().any(|(k, (terms, constants))| {
+            // Inner damping leaves of the strain before the step a share as a rest strain.
+            let rest = self.extras.damped.get(k).map_or(constants.rest_darboux, |own| own.rest_darboux);
+            let angle = rest.norm_squared().lane(lane).sqrt() * terms.length.lane(lane);
+            if angle <= target && !self.laws.has(k) || self.is_loose(k, lane) {
+                return false;
+            }
+            let [a, b] = self.system.topology.joints[k].map(|body| body as usize);
+            let relative = |a: Quat<T>, b: Quat<T>| {
+                let [a, b] = self.extras.rests.get(k).map_or([a, b], |rests| [a * rests[0], b * rests[1]]);
+                (a.conj() * b).upper()
+            };
+            let before = relative(self.start[a].q, self.start[b].q);
+            let now = relative(self.poses[a].q, self.poses[b].q);
+            (before.w * now.w + before.v.dot(now.v)).lane(lane) < 0.0
+        })
+    }
+}
