@@ -9,6 +9,9 @@ use crate::case::Method;
 use crate::exclusion::Excluded;
 use crate::law::{Law, Violation};
 
+/// The largest turn of a segment in a step for which expansions to second order hold [rad].
+pub(crate) const MOST_TURN: f64 = 0.5;
+
 /// What one sees at the end of a step.
 pub(crate) struct Step<'a> {
     /// Its number, from 1.
@@ -35,9 +38,9 @@ pub(crate) struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Whether it was solved.
+    /// Whether its equations were solved.
     pub(crate) fn is_solved(&self) -> bool {
-        matches!(self.status, Status::Converged | Status::ConvergedInSubsteps)
+        matches!(self.status, Status::Converged | Status::ConvergedInSubsteps | Status::PastHalfTurn)
     }
 
     /// Whether it was solved as one step, whose forces are those at its end.

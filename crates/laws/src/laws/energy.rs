@@ -11,10 +11,7 @@ use cosserat::state::{Body, Freedom, InelasticJoint, Joint, JointForce, Model, P
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::law::{EPSILON, Law, ROUNDING, Violation};
-use crate::step::Step;
-
-/// The largest turn of a segment in a step for which expansions to second order hold [rad].
-const MOST_TURN: f64 = 0.5;
+use crate::step::{MOST_TURN, Step};
 
 /// Energy over the steps so far.
 #[derive(Default)]
@@ -25,7 +22,7 @@ pub(crate) struct EnergyBalance {
     fluctuation: f64,
     /// By how much forces that are given have changed, of which a rule of second order carries a third from step to step [N].
     jump: f64,
-    /// Whether the last step was not solved: what its joints store, which may gape, is not that of the forces that they tell.
+    /// Whether the last step was not solved: what its joints store, which may gape, is not that of the forces that they tell. Or whether one turned past half a turn.
     is_unsolved: bool,
 }
 
@@ -318,7 +315,8 @@ impl EnergyBalance {
         let is_fed = model.sliding_joints.iter().any(|joint| joint.feed.is_some())
             || !model.pulleys.is_empty()
             || leads_eyelets(step);
-        let was_unsolved = std::mem::replace(&mut self.is_unsolved, !step.is_solved());
+        let jumps = step.status == Status::PastHalfTurn;
+        let was_unsolved = std::mem::replace(&mut self.is_unsolved, jumps || !step.is_solved());
         let turned = (0..model.segments.len()).map(|i| step.turn(i)).fold(0.0, f64::max);
         if !is_known || was_unsolved || is_fed || model.contacts.allow_overlap || turned > MOST_TURN {
             *self = Self { jump: self.jump, is_unsolved: self.is_unsolved, ..Self::default() };

@@ -14,7 +14,7 @@ use cosserat::state::{Body, Segment, State, measure};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::law::{EPSILON, Law, Violation};
-use crate::step::Step;
+use crate::step::{MOST_TURN, Step};
 
 /// Rounding of sums of what may cancel.
 const ROUNDING: f64 = 1e-10;
@@ -103,9 +103,9 @@ pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
     let model = step.model;
     let decay = (-model.damping.linear * step.dt).exp();
     let is_bdf2 = !step.is_euler() && !alone;
-    // Impacts restart it, in the sets that they reach alone: of an impulse between two sets in the steps before, one that begins anew counts another share than one
-    // that goes on.
-    let may_restart = !model.contacts.is_empty() || !model.sliding_joints.is_empty();
+    // Impacts and breaks restart it, in the sets that they reach alone: of an impulse between two sets in the steps before, one that begins anew counts another
+    // share than one that goes on.
+    let may_restart = !model.contacts.is_empty() || !model.sliding_joints.is_empty() || !model.breakable.is_empty();
     if !step.is_euler() && may_restart || is_bdf2 && (step.earlier.is_none() || model.damping.linear > 0.0) {
         return;
     }
@@ -144,9 +144,10 @@ pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
 /// Of each contact its impulse [N s], and the angle by which its normal may turn from the iterates to the end of the step
 /// [rad]: in the formulation `newton` by as many radii as surfaces may still move, else by what the bodies turn and slip.
 fn contacts(step: &Step<'_>) -> Vec<[f64; 2]> {
-    // Round surfaces turn it as they slip and turn; a plane's normal stays.
+    // Round surfaces turn it as they slip and turn, and as the body goes from its prediction, whose normals are the first, to its end; a plane's normal stays.
     let rolled = |contact: &ContactForce| {
-        contact.slip.norm() / step.model.segments[contact.segment].radius + step.turn(contact.segment)
+        let far = contact.slip.norm() + strayed(step, contact.segment);
+        far / step.model.segments[contact.segment].radius + step.turn(contact.segment)
     };
     let of = |contact: &ContactForce| {
         if step.is_newton() {
@@ -156,11 +157,20 @@ fn contacts(step: &Step<'_>) -> Vec<[f64; 2]> {
             + match contact.other {
                 Touched::Obstacle(k) if step.is_plane(k) => step.obstacle_turn(k),
                 Touched::Obstacle(k) => rolled(contact) + step.obstacle_turn(k),
-                Touched::Segment(i) => rolled(contact) + step.turn(i),
+                Touched::Segment(i) => {
+                    rolled(contact) + step.turn(i) + strayed(step, i) / step.model.segments[contact.segment].radius
+                }
             };
         [contact.force.norm() * step.dt, turn.min(2.0)]
     };
     step.contacts.iter().map(of).collect()
+}
+
+/// How far a body ends from where its velocity and gravity alone take it with Euler's rule [m].
+fn strayed(step: &Step<'_>, i: usize) -> f64 {
+    let [before, after] = step.states;
+    let predicted = before.velocities[i] * step.dt + step.model.gravity * step.dt.powi(2);
+    (after.positions[i] - before.positions[i] - if step.is_free(i) { predicted } else { Vector3::zeros() }).norm()
 }
 
 /// What may be missing in the balance of forces on a segment [N], beside what moves it by the tolerance: the solver's share of the largest force that is
@@ -210,6 +220,10 @@ pub(super) fn angular(step: &Step<'_>, violations: &mut Vec<Violation>) {
         return;
     }
     let free: Vec<usize> = (0..model.segments.len()).filter(|&i| step.is_free(i)).collect();
+    // What a push adds to a turn is known to first order beside it.
+    if step.is_newton() && free.iter().any(|&i| step.turn(i) > MOST_TURN) {
+        return;
+    }
     let about = free.iter().map(|&i| after.positions[i]).sum::<Vector3<f64>>() / free.len().max(1) as f64;
     let decay = (-model.damping.linear * step.dt).exp();
     let turned = |states: [&State; 2], i: usize| states.map(|state: &State| state.orientations[i]);

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use cosserat::simulation::Formulation;
+use cosserat::simulation::{Formulation, Integrator};
 use laws::{Case, Checked, Failure, Found, Law, Method, campaign, check, draw};
 
 #[test]
@@ -164,6 +164,62 @@ fn the_rim_of_a_cylinder_turns_with_it() {
         radius_m = 0.02\n\
         shape.straight = { start_m = [0.2, 0.2, -0.07], direction = [0.6, -0.5, -0.7], length_m = 1.0, segments = 2 }\n";
     assert_eq!(broken(text), (Vec::new(), 0));
+}
+
+/// A rod that breaks as it falls on its end: where its joints part, each of the two ends touches the plane, of which one stood for both before.
+#[test]
+fn pieces_touch_with_both_ends_where_they_part() {
+    let text = "\
+        [[obstacles]]\n\
+        shape.plane = { point_m = [0, 0, -0.6] }\n\
+        [[rods]]\n\
+        section.ellipse = { width_m = 0.01, height_m = 0.007 }\n\
+        shape.straight = { direction = [0, 0, -1], length_m = 0.4, segments = 3 }\n\
+        strength = { curvature_per_m = 0.1 }\n";
+    assert_eq!(broken(text), (Vec::new(), 0));
+}
+
+/// A plane that has stopped half-way through the step in which it meets a rod: the rod leaves by the speed at which they meet over the step.
+#[test]
+fn what_bounces_wins_no_more_than_the_work_of_the_obstacle() {
+    let text = "\
+        run = { dt_s = 0.02, steps = 20 }\n\
+        [[obstacles]]\n\
+        restitution = 0.9\n\
+        shape.plane = { point_m = [0, 0, 0] }\n\
+        motion = { times_s = [0.0, 0.05, 0.1], shifts_m = [[0, 0, 0], [0, 0, 0.1], [0, 0, 0.1]], interpolation = \"linear\" }\n\
+        [[rods]]\n\
+        radius_m = 0.01\n\
+        shape.straight = { start_m = [0, 0, 0.11], direction = [1, 0, 0], length_m = 0.1, segments = 1 }\n";
+    assert_eq!(broken(text), (Vec::new(), 0));
+}
+
+/// A stiff rod between two grips, which iterations of `xpbd` press on another one and take away again along another normal: all that a contact has
+/// moved is taken back with it.
+#[test]
+fn a_contact_that_ends_within_a_step_leaves_no_momentum() {
+    let text = "\
+        contact = {}\n\
+        run.dt_s = 0.008\n\
+        [[rods]]\n\
+        clamp = [\"end-segment\"]\n\
+        radius_m = 0.02\n\
+        shape.straight = { start_m = [-0.09, 0.05, -0.07], direction = [0, 0, -1], length_m = 0.4, segments = 1 }\n\
+        [[rods]]\n\
+        radius_m = 0.02\n\
+        youngs_modulus_pa = 900000000.0\n\
+        shape.straight = { start_m = [-0.126474, 0.09, -0.08], direction = [0, 0, -1], length_m = 0.5, segments = 2 }\n\
+        [[rods.grips]]\n\
+        at = \"end-face\"\n\
+        [[rods.motions]]\n\
+        at = \"start-face\"\n\
+        times_s = [0.0, 0.08]\n\
+        velocities_m_s = [[0.03, 0.007, 0.03], [-0.002, 0.04, 0.007]]\n";
+    let method = Method { formulation: Formulation::Xpbd, integrator: Integrator::Euler, ..Method::default() };
+    let Checked::Ran(report) = check(&Case { text: text.to_owned(), files: Vec::new(), method }) else {
+        panic!("refused")
+    };
+    assert!(report.violations.is_empty() && report.unsolved < report.steps / 2, "{report:?}");
 }
 
 /// What is found in these scenes of a seed.
