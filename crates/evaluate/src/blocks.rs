@@ -16,6 +16,11 @@ pub(crate) fn table(head: [&str; 3], headings: &str, rows: Vec<Vec<Cell>>, condi
     Block::Table(Table { id, title, caption, columns, rows, conditions })
 }
 
+/// Conditions of numbers that other pages have measured.
+pub(crate) fn quoted(from: &str) -> Conditions {
+    Conditions::new("from", from).with("machine and date", "in the last table")
+}
+
 /// A figure of curves: its id, its title and its caption, then its charts.
 pub(crate) fn figure(head: [&str; 3], charts: Vec<LineChart>, conditions: Conditions) -> Block {
     let [id, title, caption] = head.map(str::to_owned);

@@ -11,7 +11,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result};
 use report::{Axis, Block, Cell, Charts, Conditions, Figure, LineChart, Page, Point, Section, Series};
 
-use crate::blocks::{chart, section, table};
+use crate::blocks::{chart, quoted, section, table};
 use crate::numbers::Folder;
 use crate::show::number;
 use crate::sources::{Provenance, REVISION};
@@ -19,8 +19,8 @@ use crate::sources::{Provenance, REVISION};
 /// Scenes whose error over run time stands on the first page: free, slack, stiff and heavy rods, a tree, and contacts.
 const SCENES: [&str; 6] = ["bending-rod", "tip-mass", "ball-in-orbit", "tree-10", "drum", "wire-on-floor"];
 
-/// The first page of the report in this folder.
-pub(crate) fn page(out: &Path) -> Result<Page> {
+/// The first page of the report in this folder, with pages in these folders below, each with what it is about.
+pub(crate) fn page(out: &Path, pages: &[(&str, &str)]) -> Result<Page> {
     let folder = Folder(out.to_owned());
     let sections = vec![
         paper(&folder)?,
@@ -28,7 +28,7 @@ pub(crate) fn page(out: &Path) -> Result<Page> {
         accuracy(&folder)?,
         stability(&folder)?,
         left_out(&folder)?,
-        measured(&folder)?,
+        measured(&folder, pages)?,
     ];
     Ok(Page {
         title: "Elastic rods: what holds, what pays, what to trust".to_owned(),
@@ -53,11 +53,6 @@ fn link(folder: &Folder, page: &str, text: &str) -> String {
     } else {
         text.to_owned()
     }
-}
-
-/// Conditions of what is quoted.
-fn quoted(from: &str) -> Conditions {
-    Conditions::new("from", from).with("machine and date", "in the last table")
 }
 
 /// What the paper claims.
@@ -213,9 +208,9 @@ fn left_out(folder: &Folder) -> Result<Section> {
 }
 
 /// When and where each page was measured.
-fn measured(folder: &Folder) -> Result<Section> {
+fn measured(folder: &Folder, pages: &[(&str, &str)]) -> Result<Section> {
     let mut rows = Vec::new();
-    for (page, what) in crate::sections::folders() {
+    for &(page, what) in pages {
         let file = folder.0.join(page).join("index.html");
         if !file.is_file() {
             rows.push(vec![page.into(), Cell::muted("not measured"), "".into(), "".into(), "".into()]);

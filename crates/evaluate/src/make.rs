@@ -109,7 +109,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
         put(&page(&context, place, jobs, &measured)?, &out.join(place.folder))?;
     }
     if has_first_page {
-        put(&front::page(&out)?, &out)?;
+        put(&front::page(&out, &sections::folders())?, &out)?;
     }
     check(&out)
 }

@@ -12,6 +12,7 @@
 
 pub mod cases;
 
+use cases::Frame;
 use cosserat::guess;
 use cosserat::scene::{self, Scene};
 use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, SimulationError, Status, StepParams};
@@ -27,15 +28,6 @@ use crate::precision::run::timed;
 const SAMPLES: usize = 8;
 /// How many times as many steps a refined run has.
 const REFINED: usize = 32;
-
-/// What is simulated at a moment.
-#[derive(Clone, Debug)]
-pub struct Frame {
-    /// Poses and velocities.
-    pub state: State,
-    /// What joints transmit, one a joint.
-    pub forces: Vec<JointForce>,
-}
 
 /// What runs are held against.
 #[derive(Clone, Debug)]

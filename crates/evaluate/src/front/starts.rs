@@ -3,8 +3,7 @@
 use anyhow::Result;
 use report::{Cell, Section};
 
-use super::quoted;
-use crate::blocks::{self, table};
+use crate::blocks::{self, quoted, table};
 use crate::numbers::Folder;
 use crate::show::number;
 

@@ -34,20 +34,15 @@ pub(crate) struct Value {
 
 pub(crate) struct Laws;
 
-/// Scenes of a full report, and of a cell.
-const SCENES: u64 = 10_000;
-const OF_CELL: u64 = 500;
-const SEED: u64 = 77;
-
 impl Section for Laws {
     type Key = LawsKey;
     type Value = Value;
     const ID: &'static str = "laws";
 
     fn keys(&self, context: &Context) -> Result<Vec<LawsKey>> {
-        let [scenes, count] = context.size.pick([50, 50], [SCENES, OF_CELL]);
+        let [scenes, count] = context.size.pick([50, 50], [10_000, 500]);
         let firsts = (0..scenes).step_by(usize::try_from(count)?);
-        Ok(firsts.map(|first| LawsKey { seed: SEED, first, count }).collect())
+        Ok(firsts.map(|first| LawsKey { seed: 77, first, count }).collect())
     }
 
     fn seconds(&self, key: &LawsKey) -> f64 {
@@ -93,9 +88,10 @@ impl Section for Laws {
             by_law.entry(law).or_default().push(scene.to_string());
         }
         let scenes_run = sum(|value| value.scenes);
+        let seed = cells.first().map_or(0, |(key, _)| key.seed);
         let conditions = context
             .without_networks("none: laws are checked")
-            .with("scenes", format!("{scenes_run} of seed {SEED}, {} steps", sum(|value| value.steps)));
+            .with("scenes", format!("{scenes_run} of seed {seed}, {} steps", sum(|value| value.steps)));
         let row = |(law, scenes): (&str, Vec<String>)| {
             let count = scenes.len().to_string();
             let which = if scenes.is_empty() { Cell::muted("-") } else { scenes.join(", ").into() };

@@ -5,9 +5,17 @@ use std::fmt::Write as _;
 
 use cosserat::scene::{self, Scene, SceneError};
 use cosserat::state::measure::angular_momentum;
+use cosserat::state::{JointForce, State};
 use nalgebra::Vector3;
 
-use super::Frame;
+/// What is simulated at a moment.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// Poses and velocities.
+    pub state: State,
+    /// What joints transmit, one a joint.
+    pub forces: Vec<JointForce>,
+}
 
 /// Error of a run by its last frame.
 pub type Error = fn(&Scene, &Frame) -> f64;

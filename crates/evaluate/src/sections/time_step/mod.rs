@@ -33,11 +33,6 @@ const SCENES: [(&str, usize); 15] = [
 ];
 /// Steps for one of the scene's.
 const SUBSTEPS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
-/// How many of them a quick report has, and of how many scenes.
-const QUICK: (usize, usize) = (3, 2);
-/// Of cases that take long, the first so many.
-const LONG: usize = 4;
-
 /// The section, with the scene that is being measured.
 #[derive(Default)]
 pub(crate) struct TimeStep {
@@ -57,14 +52,14 @@ impl Section for TimeStep {
     fn keys(&self, context: &Context) -> Result<Vec<TimeStepKey>> {
         let is_full = context.size == Size::Full;
         let cases = cases().into_iter().filter(|case| is_full || !case.is_long).map(|case| {
-            let substeps = if case.is_long { LONG } else { SUBSTEPS.len() };
+            let substeps = if case.is_long { 4 } else { SUBSTEPS.len() };
             (case.name, None, substeps, if case.is_long { 1 } else { 3 })
         });
-        let scenes = SCENES.into_iter().take(if is_full { SCENES.len() } else { QUICK.1 });
+        let scenes = SCENES.into_iter().take(if is_full { SCENES.len() } else { 2 });
         let scenes = scenes.map(|(name, steps)| (name, Some(steps), SUBSTEPS.len(), 3));
         let mut keys = Vec::new();
         for (scene, steps, count, repetitions) in cases.chain(scenes) {
-            let substeps = SUBSTEPS[..context.size.pick(count.min(QUICK.0), count)].to_vec();
+            let substeps = SUBSTEPS[..context.size.pick(count.min(3), count)].to_vec();
             for formulation in Formulation::ALL {
                 for integrator in Integrator::ALL {
                     keys.push(TimeStepKey {
