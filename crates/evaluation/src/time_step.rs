@@ -16,7 +16,7 @@ use cases::Frame;
 use cosserat::guess;
 use cosserat::scene::{self, Scene};
 use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, SimulationError, Status, StepParams};
-use cosserat::state::{JointForce, State};
+use cosserat::state::JointForce;
 use serde::{Deserialize, Serialize};
 
 use crate::benchmark::BenchmarkError;
@@ -26,8 +26,6 @@ use crate::precision::run::timed;
 
 /// Samples of a run that errors are measured at.
 const SAMPLES: usize = 8;
-/// How many times as many steps a refined run has.
-const REFINED: usize = 32;
 
 /// What runs are held against.
 #[derive(Clone, Debug)]
@@ -99,9 +97,9 @@ impl Problem {
         let settings = settings(Formulation::Newton, Integrator::Bdf2);
         let step = StepParams { relative_tolerance: 1e-9, motion_tolerance: 1e-9, ..settings.step };
         let settings = Settings { step, ..settings };
-        let Some(refined) = problem.simulate(&settings, REFINED as f64, go_on)? else { return Ok(None) };
+        let Some(refined) = problem.simulate(&settings, 32.0, go_on)? else { return Ok(None) };
         problem.against = Against::Refined(refined.frames);
-        let Some(coarser) = problem.simulate(&settings, 0.5 * REFINED as f64, go_on)? else { return Ok(None) };
+        let Some(coarser) = problem.simulate(&settings, 16.0, go_on)? else { return Ok(None) };
         problem.floor = problem.errors_of(&coarser.frames);
         Ok(Some(problem))
     }

@@ -171,12 +171,9 @@ grips = [{{ at = "start-face", joint = "ball" }}]
     parse(&text, "ball-in-orbit")
 }
 
-/// Time over which the beam is spun up [s], and its speed from then on [rad/s] (Wu and Haug 1988).
-const SPIN_UP: (f64, f64) = (15.0, 6.0);
-
-/// By how much the beam's root has turned [rad] after `t` seconds.
+/// By how much the beam's root has turned [rad] after `t` seconds: it is spun up over 15 s to 6 rad/s (Wu and Haug 1988).
 fn turned(t: f64) -> f64 {
-    let (until, speed) = SPIN_UP;
+    let (until, speed) = (15.0, 6.0);
     let wave = 2.0 * PI / until;
     if t < until {
         speed / until * (0.5 * t * t + ((wave * t).cos() - 1.0) / (wave * wave))
