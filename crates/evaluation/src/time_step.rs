@@ -24,9 +24,6 @@ use crate::guesses::Spread;
 use crate::precision::metrics::position_error;
 use crate::precision::run::timed;
 
-/// Samples of a run that errors are measured at.
-const SAMPLES: usize = 8;
-
 /// What runs are held against.
 #[derive(Clone, Debug)]
 enum Against {
@@ -132,7 +129,8 @@ impl Problem {
             let (of_step, took) = timed(&mut simulation, dt)?;
             status = status.max(of_step);
             time += took;
-            if (step * SAMPLES).is_multiple_of(steps) {
+            // Eight samples.
+            if (8 * step).is_multiple_of(steps) {
                 let mut frame = Frame { state: state.clone(), forces: vec![JointForce::default(); model.joints.len()] };
                 simulation.store(&mut frame.state);
                 simulation.store_joint_forces(&mut frame.forces);
