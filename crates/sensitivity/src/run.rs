@@ -124,13 +124,13 @@ impl Run {
     /// Advances by `dt` [s]. Returns, beside how the step ended, what every set has passed through.
     ///
     /// # Errors
-    /// If `dt` is not finite and positive, or a step does not converge, now or before.
+    /// If `dt` is not finite and positive, or a step does not converge, now or before. ([`Status::PastHalfTurn`] is solved.)
     pub(super) fn step(&mut self, dt: f64) -> Result<(StepReport, Vec<Vec<Passed>>), DerivativeError> {
         self.check()?;
         let begin = self.simulation.time();
         let report = self.simulation.step(dt)?;
         self.steps += 1;
-        if report.status > Status::ConvergedInSubsteps {
+        if report.status >= Status::OutOfIterations {
             self.failed = Some((self.steps, report.status));
             self.check()?;
         }
