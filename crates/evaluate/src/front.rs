@@ -60,7 +60,7 @@ fn paper(folder: &Folder) -> Result<Section> {
     let rows = claims::rows(folder)?;
     let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
     let introduction = format!(
-        "The claims of *Accurately Solving Physical Systems with Graph Learning* (ICLR 2021), and what came of them here: {} hold, \
+        "The claims of \"Accurately Solving Physical Systems with Graph Learning\" (ICLR 2021), and what came of them here: {} hold, \
          {} hold in part, {} do not. Savings are of time against conjugate gradients from zero, as in the paper; \
          {} of the paper stand beside ours.",
         count(claims::HOLDS),
