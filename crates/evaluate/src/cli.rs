@@ -52,7 +52,8 @@ impl Command {
         let mut command = Self::command();
         for section in &SECTIONS {
             let own = ReportArgs::augment_args(clap::Command::new(section.name).about(section.about));
-            command = command.subcommand(own.mut_arg("only", |only| only.hide(true)));
+            let own = own.mut_arg("only", |only| only.hide(true)).mut_arg("first_page", |flag| flag.hide(true));
+            command = command.subcommand(own);
         }
         let matches = command.get_matches();
         let own = matches.subcommand().filter(|(name, _)| SECTIONS.iter().any(|section| section.name == *name));

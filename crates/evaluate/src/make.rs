@@ -39,6 +39,9 @@ pub(crate) struct ReportArgs {
     /// Only these sections.
     #[arg(long, value_delimiter = ',', value_name = "SECTIONS", value_parser = names())]
     pub(crate) only: Vec<String>,
+    /// Only the first page, from what the other pages say; measures nothing.
+    #[arg(long, conflicts_with = "only")]
+    pub(crate) first_page: bool,
     /// Part i of n of what is measured, from 0/n to (n - 1)/n, of about the same time: for processes that share the folder of
     /// cells. Cells with the same references stay together. Whichever process finds all cells there makes the report.
     #[arg(long, value_name = "I/N", value_parser = terminal::shard, default_value = "0/1")]
@@ -64,6 +67,10 @@ pub(crate) struct ReportArgs {
 pub(crate) fn report(args: &ReportArgs) -> Result<Outcome> {
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(REPORT));
     refuse_dirty(&out, &Path::new(ROOT).join(REPORT), IS_DIRTY).context("--out")?;
+    if args.first_page {
+        write(&front::page(&out, &sections::folders())?, &out).context("--out")?;
+        return check(&out);
+    }
     let context = Context {
         size: if args.quick { Size::Quick } else { Size::Full },
         shard: args.shard,

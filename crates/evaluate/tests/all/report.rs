@@ -162,15 +162,17 @@ fn an_interrupted_report_goes_on() {
     assert!(cells() > kept && folder.path().join("report/paper/index.html").exists());
 }
 
-/// The first page quotes the others; what they do not have it says is not measured. It is there where there was one before.
+/// The first page quotes the others; what they do not have it says is not measured. It is made when asked for, and anew where there is one.
 #[test]
 fn the_first_page_quotes_the_others() {
     let folder = TempDir::new().expect("a folder");
     make(folder.path());
     let page = folder.path().join("report/index.html");
     assert!(!page.exists(), "a part of the report has no first page");
-    fs::write(&page, "an older one").expect("written");
+    assert!(evaluate(folder.path(), &["report", "--first-page"]).status.success());
+    let first = fs::read_to_string(&page).expect("a page");
     make(folder.path());
+    assert_eq!(fs::read_to_string(&page).expect("a page"), first, "it is made anew where there is one");
     let text = fs::read_to_string(&page).expect("a page");
     assert!(text.contains("not measured") && text.contains("times real time, with the direct solver"), "{text}");
     // The same number as on the page that it quotes.
