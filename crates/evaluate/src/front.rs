@@ -12,7 +12,7 @@ use anyhow::{Context as _, Result};
 use report::{Axis, Block, Cell, Charts, Conditions, Figure, LineChart, Page, Point, Section, Series};
 
 use crate::blocks::{chart, quoted, section, table};
-use crate::numbers::Folder;
+use crate::numbers::{Folder, PAGE};
 use crate::show::number;
 use crate::sources::{Provenance, REVISION};
 
@@ -48,11 +48,7 @@ pub(crate) fn page(out: &Path, pages: &[(&str, &str)]) -> Result<Page> {
 
 /// A link to another page, in a paragraph; plain text where there is no such page.
 fn link(folder: &Folder, page: &str, text: &str) -> String {
-    if folder.0.join(page).join("index.html").is_file() {
-        format!("[{text}]({page}/index.html)")
-    } else {
-        text.to_owned()
-    }
+    if folder.0.join(page).join(PAGE).is_file() { format!("[{text}]({page}/index.html)") } else { text.to_owned() }
 }
 
 /// What the paper claims.
@@ -211,7 +207,7 @@ fn left_out(folder: &Folder) -> Result<Section> {
 fn measured(folder: &Folder, pages: &[(&str, &str)]) -> Result<Section> {
     let mut rows = Vec::new();
     for &(page, what) in pages {
-        let file = folder.0.join(page).join("index.html");
+        let file = folder.0.join(page).join(PAGE);
         if !file.is_file() {
             rows.push(vec![page.into(), Cell::muted("not measured"), "".into(), "".into(), "".into()]);
             continue;

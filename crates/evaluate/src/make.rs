@@ -14,14 +14,13 @@ use crate::cells::{Job, ticks};
 use crate::context::{Context, Size};
 use crate::front;
 use crate::library::Library;
+use crate::numbers::PAGE;
 use crate::outcome::Outcome;
 use crate::sections::{self, Place, SECTIONS};
 use crate::sources::{IS_DIRTY, REVISION, ROOT};
 
 /// Where a report goes that says nothing else.
 const REPORT: &str = "report";
-/// Name of a page's file.
-const PAGE: &str = "index.html";
 
 /// Names of the sections, for `--only`.
 fn names() -> PossibleValuesParser {

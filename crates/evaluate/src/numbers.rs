@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 
+/// Name of a page's file.
+pub(crate) const PAGE: &str = "index.html";
+
 /// A CSV file of a report.
 pub(crate) struct Numbers {
     columns: Vec<String>,
@@ -58,6 +61,11 @@ impl Numbers {
     /// Numbers with which the texts of a column begin, of the rows whose columns have these values.
     pub(crate) fn values(&self, having: &[(&str, &str)], wanted: &str) -> Vec<f64> {
         self.select(having, [wanted]).filter_map(|[text]| leading(text)).collect()
+    }
+
+    /// The first of [`Numbers::values`].
+    pub(crate) fn value(&self, having: &[(&str, &str)], wanted: &str) -> Option<f64> {
+        self.values(having, wanted).first().copied()
     }
 
     /// The points of a curve: of the `series` of the `chart`.
@@ -115,12 +123,6 @@ mod tests {
         column: String,
         /// Significant digits; as it stands where there are none.
         digits: Option<usize>,
-        #[serde(default = "one")]
-        times: f64,
-    }
-
-    fn one() -> f64 {
-        1.0
     }
 
     #[derive(Deserialize)]
@@ -130,7 +132,7 @@ mod tests {
     }
 
     fn value(source: &Source) -> String {
-        let Source { page, csv, having, column, digits, times } = source;
+        let Source { page, csv, having, column, digits } = source;
         let root = Path::new(crate::sources::ROOT);
         let numbers = Folder(root.join("report")).read(page, csv).unwrap();
         let numbers = numbers.unwrap_or_else(|| panic!("the report has no {page}/csv/{csv}.csv"));
@@ -141,7 +143,7 @@ mod tests {
         match digits {
             Some(digits) => {
                 let number = leading(text).unwrap_or_else(|| panic!("{text:?} of {csv} begins with no number"));
-                significant(number * times, *digits)
+                significant(number, *digits)
             }
             None => text.to_owned(),
         }

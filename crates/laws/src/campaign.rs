@@ -42,7 +42,8 @@ pub struct Found {
 }
 
 impl Found {
-    fn and(self, other: Self) -> Self {
+    /// What both found together.
+    pub fn and(self, other: Self) -> Self {
         Self {
             failures: self.failures + other.failures,
             scenes: self.scenes + other.scenes,

@@ -97,7 +97,7 @@ pub(super) fn rows(folder: &Folder) -> Result<Vec<Row>> {
         let saved = numbers.and_then(|numbers| {
             let name =
                 numbers.distinct("scene").into_iter().find(|own| own.split(' ').next() == Some(scene))?.to_owned();
-            numbers.values(&[("scene", &name), ("way", "gn")], "total saved").first().copied()
+            numbers.value(&[("scene", &name), ("way", "gn")], "total saved")
         });
         rows.push(row_of_saving(&format!("{name}: {claimed} % of the whole time saved"), claimed, saved, ""));
     }
@@ -130,9 +130,8 @@ pub(super) fn rows(folder: &Folder) -> Result<Vec<Row>> {
     });
     let claim = "motions with the guess are those without";
     rows.push(row_of_bar(claim, distance, |distance| distance < 1e-3, "rod lengths apart at most", "paper"));
-    let knot = folder
-        .read("paper", "knot-ways")?
-        .and_then(|knot| knot.values(&[("way", "gn")], "determinant at the end").first().copied());
+    let knot =
+        folder.read("paper", "knot-ways")?.and_then(|knot| knot.value(&[("way", "gn")], "determinant at the end"));
     rows.push(row_of_bar(
         "the knot stays a knot",
         knot,
@@ -143,7 +142,7 @@ pub(super) fn rows(folder: &Folder) -> Result<Vec<Row>> {
     let choices = folder.read("accuracy", "needs-choices")?;
     let rate = choices.and_then(|choices| {
         let having = [("scene", "tree-70"), ("formulation", "newton")];
-        choices.values(&having, "times real time").first().copied()
+        choices.value(&having, "times real time")
     });
     let claim = "a tree of over 1,000 nodes runs at interactive rates";
     rows.push(row_of_bar(claim, rate, |rate| rate >= 1.0, "times real time, with the direct solver", "accuracy"));

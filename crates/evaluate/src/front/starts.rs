@@ -32,7 +32,7 @@ fn rows(folder: &Folder) -> Result<Vec<Vec<Cell>>> {
     if let Some(real) = folder.read("real", "real-cables-errors")? {
         for cable in ["DLO1", "DLO2", "DLO3"] {
             let column = format!("{cable} [cm]");
-            let of = |prediction: &str| real.values(&[("prediction", prediction)], &column).first().copied();
+            let of = |prediction: &str| real.value(&[("prediction", prediction)], &column);
             if let Some((before, after)) = of("identified").zip(of("corrected by a perceptron, seed 1")) {
                 let words = format!("error {} cm, was {} cm", number(after), number(before));
                 rows.push(row(&format!("a real cable: {cable}"), "identified physics", words, after < before, "real"));

@@ -43,7 +43,7 @@ pub(super) fn capstan(runs: &mut Runs<'_>) -> Measured {
 }
 
 /// Atwood's machine with the rope's own weight: `x'' = (m1 - m2 + 2 rho (x + x0)) g / m`, as long as all of it hangs.
-struct Atwood {
+pub(crate) struct Atwood {
     /// Acceleration at the start [m/s^2].
     begins: f64,
     /// By which it grows: `sqrt(2 rho g / m)` [1/s].
@@ -51,7 +51,8 @@ struct Atwood {
 }
 
 impl Atwood {
-    fn of(Scene { model, state, .. }: &Scene) -> Self {
+    /// Of the scene `atwood`.
+    pub(crate) fn of(Scene { model, state, .. }: &Scene) -> Self {
         let segments = &model.segments;
         let g = model.gravity.norm();
         let mass: f64 = segments.iter().map(|s| s.mass()).sum();
@@ -62,16 +63,13 @@ impl Atwood {
         Self { begins: drive / mass, rate: (2.0 * line * g / mass).sqrt() }
     }
 
-    fn fallen(&self, t: f64) -> f64 {
+    /// How far the heavier weight falls in `t` seconds [m].
+    pub(crate) fn fallen(&self, t: f64) -> f64 {
         self.begins / (self.rate * self.rate) * ((self.rate * t).cosh() - 1.0)
     }
 }
 
-/// How far the heavier weight of the scene `atwood` falls in `t` seconds [m].
-pub(crate) fn fallen(scene: &Scene, t: f64) -> f64 {
-    Atwood::of(scene).fallen(t)
-}
-
+/// A rope over a smooth drum with two weights: how far they go, and the pull at the heavier one.
 pub(super) fn pulley(runs: &mut Runs<'_>) -> Measured {
     let scene = scene::builtin("atwood")?;
     let atwood = Atwood::of(&scene);

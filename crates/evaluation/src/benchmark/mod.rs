@@ -15,7 +15,7 @@ mod theory;
 mod twist;
 
 use cosserat::simulation::Settings;
-pub(crate) use friction::fallen;
+pub(crate) use friction::Atwood;
 use quantity::Measured;
 use runs::Runs;
 

@@ -8,6 +8,8 @@ use cosserat::state::measure::angular_momentum;
 use cosserat::state::{JointForce, State};
 use nalgebra::Vector3;
 
+use crate::benchmark::Atwood;
+
 /// What is simulated at a moment.
 #[derive(Clone, Debug)]
 pub struct Frame {
@@ -95,29 +97,17 @@ pub fn cases() -> Vec<Case> {
             scene: || scene::builtin("atwood"),
             error: |scene, last| {
                 let way = (last.state.positions[0].z - scene.state.positions[0].z).abs();
-                (way / crate::benchmark::fallen(scene, scene.run.dt * scene.run.steps as f64) - 1.0).abs()
+                (way / Atwood::of(scene).fallen(scene.run.dt * scene.run.steps as f64) - 1.0).abs()
             },
         },
     ]
 }
 
-/// Nodes as the scene format has them.
-fn nodes(points: impl Iterator<Item = [f64; 3]>) -> String {
-    let mut text = String::new();
-    for [x, y, z] in points {
-        let _ = write!(text, "[{x}, {y}, {z}], ");
-    }
-    text
-}
-
-fn parse(text: &str, name: &str) -> Result<Scene, SceneError> {
-    scene::parse(text, name)
-}
-
 /// A steel wire of 1 m and 1 mm in radius stands on a floor with friction, bent a little; its upper, clamped end sinks by a tenth.
 fn wire_on_floor() -> Result<Scene, SceneError> {
-    let at = |k: usize| f64::from(k as u32) / 60.0;
-    let nodes = nodes((0..=60).map(|k| [0.01 * (1.0 - (2.0 * PI * at(k)).cos()), 0.0, 1.001_000_1 - at(k)]));
+    let at = |k: u32| f64::from(k) / 60.0;
+    let node = |k| [0.01 * (1.0 - (2.0 * PI * at(k)).cos()), 0.0, 1.001_000_1 - at(k)];
+    let nodes: Vec<[f64; 3]> = (0..=60).map(node).collect();
     let text = format!(
         r#"
 run = {{ dt_s = 0.005, steps = 4000 }}
@@ -132,7 +122,7 @@ youngs_modulus_pa = 2e11
 torsion_modulus_pa = 8e10
 density_kg_m3 = 7850
 rest = "straight"
-shape.polyline = {{ nodes_m = [{nodes}] }}
+shape.polyline = {{ nodes_m = {nodes:?} }}
 [[rods.motions]]
 at = "start-face"
 times_s = [0, 8]
@@ -140,7 +130,7 @@ shifts_m = [[0, 0, 0], [0, 0, -0.1]]
 interpolation = "smooth"
 "#
     );
-    parse(&text, "wire-on-floor")
+    scene::parse(&text, "wire-on-floor")
 }
 
 /// A ball of 1 kg flies around a pin on a rope of 2 m, at 2.5 rad/s, without gravity.
@@ -168,7 +158,7 @@ velocities = [{velocities}]
 grips = [{{ at = "start-face", joint = "ball" }}]
 "#
     );
-    parse(&text, "ball-in-orbit")
+    scene::parse(&text, "ball-in-orbit")
 }
 
 /// By how much the beam's root has turned [rad] after `t` seconds: it is spun up over 15 s to 6 rad/s (Wu and Haug 1988).
@@ -184,14 +174,10 @@ fn turned(t: f64) -> f64 {
 
 /// A flexible beam of 10 m is spun up about its root, without gravity.
 fn beam_spun_up() -> Result<Scene, SceneError> {
-    let (mut times, mut turns) = (String::new(), String::new());
-    for k in 0..=220 {
-        let t = 0.1 * f64::from(k);
-        let _ = write!(times, "{t}, ");
-        // Turns are from one keyframe to the next.
-        let turn = turned(t) - turned((t - 0.1).max(0.0));
-        let _ = write!(turns, "[0, 0, {}], ", turn.to_degrees());
-    }
+    let times: Vec<f64> = (0..=220).map(|k| 0.1 * f64::from(k)).collect();
+    // Turns are from one keyframe to the next.
+    let turn = |&t: &f64| [0.0, 0.0, (turned(t) - turned((t - 0.1).max(0.0))).to_degrees()];
+    let turns: Vec<[f64; 3]> = times.iter().map(turn).collect();
     let text = format!(
         r#"
 gravity_m_s2 = [0, 0, 0]
@@ -204,12 +190,12 @@ section.stiffness = {{ bending_n_m2 = [1.4e4, 1.4e4], torsion_n_m2 = 1.4e4, mass
 shape.straight = {{ start_m = [0, 0, 0], direction = [1, 0, 0], length_m = 10, segments = 20 }}
 [[rods.motions]]
 at = "start-face"
-times_s = [{times}]
-turns_deg = [{turns}]
+times_s = {times:?}
+turns_deg = {turns:?}
 interpolation = "smooth"
 "#
     );
-    parse(&text, "beam-spun-up")
+    scene::parse(&text, "beam-spun-up")
 }
 
 /// A mooring line of 850 m hangs from its fairlead to the seabed and lies on it up to its anchor.
@@ -217,13 +203,13 @@ fn mooring_line() -> Result<Scene, SceneError> {
     let (radius, depth, anchor, fairlead) = (0.1665, 200.0, -837.6, [-58.0, -14.0]);
     // Part of it lies, part of it rises in an arc of a parabola: it comes to rest by itself.
     let touch = -337.0;
-    let point = |k: usize| {
-        let share = f64::from(k as u32) / 100.0;
+    let node = |k: u32| {
+        let share = f64::from(k) / 100.0;
         let x = anchor + share * (fairlead[0] - anchor);
         let up = ((x - touch) / (fairlead[0] - touch)).max(0.0);
         [x, 0.0, -depth + (depth + fairlead[1]) * up * up]
     };
-    let nodes = nodes((0..=100).map(point));
+    let nodes: Vec<[f64; 3]> = (0..=100).map(node).collect();
     let text = format!(
         r#"
 gravity_m_s2 = [0, 0, -9.81]
@@ -236,7 +222,7 @@ name = "line"
 radius_m = {radius}
 stretch = "physical"
 section.stiffness = {{ bending_n_m2 = [1e3, 1e3], torsion_n_m2 = 1e3, mass_kg_m = 595.7306826354959, stretch_n = 3.27e9, shear_n = 3.27e9 }}
-shape.polyline = {{ nodes_m = [{nodes}] }}
+shape.polyline = {{ nodes_m = {nodes:?} }}
 rest = "straight"
 rest_length_m = 850
 [[rods.grips]]
@@ -248,5 +234,5 @@ joint = "ball"
 "#,
         -depth - radius - 1e-3
     );
-    parse(&text, "mooring-line")
+    scene::parse(&text, "mooring-line")
 }

@@ -33,6 +33,7 @@ const SCENES: [(&str, usize); 15] = [
 ];
 /// Steps for one of the scene's.
 const SUBSTEPS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
+
 /// The section, with the scene that is being measured.
 #[derive(Default)]
 pub(crate) struct TimeStep {
