@@ -7,7 +7,7 @@ use browser::{Browser, Look};
 fn pages_do_not_scroll_sideways_on_a_phone(browser: &mut Browser) -> anyhow::Result<()> {
     browser.look(Look { width: 390, height: 844, phone: true, dark: false })?;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../report").canonicalize()?;
-    for page in ["", "tangent", "equilibria", "branched", "real"] {
+    for page in ["", "solvers", "tangent", "equilibria", "branched", "real"] {
         // Pages of text say nothing of being ready: a frame shows each.
         let address = folder.join(page).join("index.html");
         browser.show(&address)?;

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 const README: &str = include_str!("../../../../README.md");
 
-/// Rows of a table of the report, each by the names of its columns.
-fn table(name: &str) -> Vec<HashMap<String, String>> {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../report/paper/csv");
-    let mut reader = csv::Reader::from_path(folder.join(name)).unwrap();
+/// Rows of a table of a page of the report, each by the names of its columns.
+fn table(page: &str, name: &str) -> Vec<HashMap<String, String>> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../report").join(page);
+    let mut reader = csv::Reader::from_path(folder.join("csv").join(name)).unwrap();
     reader.deserialize().map(Result::unwrap).collect()
 }
 
@@ -18,7 +18,7 @@ fn readme() -> String {
 
 /// Least and largest time saved [per cent] by a start, of `what`, for at least so many segments; and the most segments.
 fn saved(file: &str, what: &str, start: &str, least_segments: f64) -> [f64; 3] {
-    let rows = table(file);
+    let rows = table("paper", file);
     let chart = format!("{what}: time saved");
     let number = |row: &HashMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
     let rows = rows.iter().filter(|row| row["chart"] == chart && row["series"] == start);
@@ -57,7 +57,7 @@ fn time_saved_by_learned_guesses_is_the_reports() {
 #[test]
 fn networks_are_beaten_where_the_readme_says_so() {
     let text = readme();
-    let overview = table("precision-overview.csv");
+    let overview = table("solvers", "precision-overview.csv");
     let reached = overview.iter().filter(|row| row["best learned"] != "none reaches it").count();
     let said = format!(
         "of {} combinations of scene and error, conjugate gradients from a learned guess reached the error in {reached} \
@@ -72,7 +72,7 @@ fn networks_are_beaten_where_the_readme_says_so() {
 /// Where `gn-step` needs less than 0.99 of the time of the best start without learning, and where it is the fastest of all.
 #[test]
 fn a_learned_start_of_steps_wins_where_the_readme_says_so() {
-    let overview = table("precision-overview.csv");
+    let overview = table("solvers", "precision-overview.csv");
     let place = |row: &HashMap<String, String>| (row["scene"].clone(), row["error"].clone());
     let ratio = |row: &HashMap<String, String>| row["newton: time, to without learning"].parse::<f64>().ok();
     let wins: Vec<_> = overview.iter().filter(|row| ratio(row).is_some_and(|ratio| ratio < 0.99)).collect();

@@ -39,7 +39,7 @@ fn rows(folder: &Folder) -> Result<Vec<Vec<Cell>>> {
             }
         }
     }
-    if let Some(overview) = folder.read("paper", "precision-overview")? {
+    if let Some(overview) = folder.read("solvers", "precision-overview")? {
         for (column, what, rival) in [
             (
                 "time, to cg without learning",
@@ -61,7 +61,7 @@ fn rows(folder: &Folder) -> Result<Vec<Vec<Cell>>> {
                 ratios.len(),
                 number(1.0 / best)
             );
-            rows.push(row(what, rival, words, 2 * below > ratios.len(), "paper"));
+            rows.push(row(what, rival, words, 2 * below > ratios.len(), "solvers"));
         }
     }
     Ok(rows)
@@ -75,7 +75,7 @@ pub(super) fn section(folder: &Folder) -> Result<Section> {
     if !rows.is_empty() {
         let head = ["learning-pays", "Where something learned pays", ""];
         let headings = "for | against | gain | pays | page";
-        own.push(table(head, headings, rows, quoted("equilibria/, branched/, real/, paper/")));
+        own.push(table(head, headings, rows, quoted("equilibria/, branched/, real/, solvers/")));
     }
     Ok(blocks::section(["learning", "Where learning pays", introduction], own))
 }

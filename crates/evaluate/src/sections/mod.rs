@@ -60,17 +60,28 @@ static RANDOM: Place = Place {
     has_networks: false,
 };
 
+/// Solvers and starts, learned ones among them.
+static SOLVERS: Place = Place {
+    folder: "solvers",
+    title: "Elastic rods: solvers and starts at equal error",
+    lead: &[
+        "Error against run time of every linear solver, formulation and start, learned ones among them, on eleven scenes.",
+        "One command, `cargo run -p evaluate -- report --only precision`, measures it. Times of a guess include its features, its \
+         inference and its guards. Every figure and table has a CSV file.",
+    ],
+    has_networks: true,
+};
+
 /// What learned guesses are worth.
 static LEARNED: Place = Place {
     folder: "paper",
     title: "Elastic rods: what a learned guess is worth",
     lead: &[
         "Position-based dynamics of stiff Cosserat rods solves a linear system in every outer iteration. COPINGNet predicts \
-         where conjugate gradients should begin. This page holds that guess, and every other way to simulate the same scenes, \
-         against error and run time.",
+         where conjugate gradients should begin. This page holds that guess against the paper's figures and numbers; the page on \
+         solvers holds it against every other way to simulate the same scenes.",
         "One command, `cargo run -p evaluate -- report`, measures all but the networks of the ablation, which `train sweep` \
-         trains and measures. Times of a guess include its features, its inference and its guards. Error against run time is \
-         compared at equal error, with the direct solver and Fischer's projection beside; the paper's own comparisons are at \
+         trains and measures. Times of a guess include its features, its inference and its guards. The paper's own comparisons are at \
          equal tolerance, as each figure says. Every figure and table has a CSV file.",
     ],
     has_networks: true,
@@ -157,6 +168,10 @@ const fn starts(name: &'static str, about: &'static str, job: fn() -> Box<dyn Jo
     Named { name, about, page: &STARTS, job }
 }
 
+const fn solvers(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
+    Named { name, about, page: &SOLVERS, job }
+}
+
 const fn branches(name: &'static str, about: &'static str, job: fn() -> Box<dyn Job>) -> Named {
     Named { name, about, page: &BRANCHES, job }
 }
@@ -177,7 +192,7 @@ pub(crate) static SECTIONS: [Named; 19] = [
     accuracy("stability", "Stiff and extreme cases", || cells(stability::Stability::default())),
     accuracy("needs", "What each scene needs, and what is chosen for it", || cells(needs::Scenes)),
     random("laws", "Random scenes, held against laws of mechanics", || cells(laws::Laws)),
-    learned("precision", "Error against run time of solvers and starts", || cells(precision::Precision::default())),
+    solvers("precision", "Error against run time of solvers and starts", || cells(precision::Precision::default())),
     learned("performance", "Over the number of segments, stiffness and tolerance", || cells(performance::Performance)),
     learned("temporal", "Iterations over the frames", || cells(temporal::Temporal)),
     learned("long-term", "Length over a long time", || cells(long_term::LongTerm)),
