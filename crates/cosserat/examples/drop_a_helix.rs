@@ -11,7 +11,7 @@ fn drop() -> Result<Vec<(f64, measure::Energy)>, Box<dyn Error>> {
     let mut energies = vec![(0.0, measure::energy(&model, &state))];
     for step in 1..=run.steps {
         let report = simulation.step(run.dt)?;
-        if report.status > Status::ConvergedInSubsteps {
+        if !report.status.is_converged() {
             return Err(format!("step {step}: {}", report.status.name()).into());
         }
         if step % 20 == 0 {

@@ -11,7 +11,7 @@ use cosserat::guess::{InitialGuess, Members, Topology};
 use cosserat::internals::component::{Component, split};
 use cosserat::internals::kernels::Spatial;
 use cosserat::scene::Scene;
-use cosserat::simulation::{Settings, Simulation, SolverKind, Status};
+use cosserat::simulation::{Settings, Simulation, SolverKind};
 use cosserat::state::{Body, Joint, Model, State};
 use graph::{Normal, Norms, corrections, planar_normal};
 
@@ -148,13 +148,11 @@ pub(crate) fn record(scene: &Scene, index: u64, config: &Config) -> Result<Recor
         Simulation::new(model, state, &settings, Some(&build)).map_err(|error| wrong(error.to_string()))?;
     let mut unconverged = 0;
     for step in 0..config.steps {
-        match simulation.step(config.dt_s).map_err(|error| wrong(error.to_string()))?.status {
-            status @ (Status::NonFinite | Status::TooManyContacts) => {
-                return Err(wrong(format!("step {step}: {}", status.name())));
-            }
-            Status::PastHalfTurn | Status::OutOfIterations | Status::Apart => unconverged += 1,
-            Status::Converged | Status::ConvergedInSubsteps => {}
+        let status = simulation.step(config.dt_s).map_err(|error| wrong(error.to_string()))?.status;
+        if status.is_stuck() {
+            return Err(wrong(format!("step {step}: {}", status.name())));
         }
+        unconverged += usize::from(!status.is_converged());
     }
     drop(simulation);
     let samples = std::mem::take(&mut *samples.lock().unwrap_or_else(PoisonError::into_inner));

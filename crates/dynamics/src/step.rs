@@ -157,6 +157,17 @@ impl Status {
         }
     }
 
+    /// Whether the step met its tolerance, in substeps or not, and is a step of the same rods: all but [`Status::PastHalfTurn`] of
+    /// [`Self::is_solved`].
+    pub fn is_converged(self) -> bool {
+        self <= Status::ConvergedInSubsteps
+    }
+
+    /// Whether the step's equations are solved to the tolerance.
+    pub fn is_solved(self) -> bool {
+        self <= Status::PastHalfTurn
+    }
+
     /// Whether segments were left where they were.
     pub fn is_stuck(self) -> bool {
         matches!(self, Status::TooManyContacts | Status::NonFinite)

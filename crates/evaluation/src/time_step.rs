@@ -191,7 +191,7 @@ pub fn run(
         point.get_or_insert_with(|| Point {
             dt: problem.scene.run.dt / substeps,
             status: status.name().to_owned(),
-            is_solved: status <= Status::ConvergedInSubsteps,
+            is_solved: status.is_converged(),
             iterations,
             time: None,
             errors: problem.errors_of(&frames),

@@ -1,7 +1,7 @@
 //! Predictions: what is identified, simulated with the motion of its grips.
 
 use cosserat::guess::{GuessFactory, choose};
-use cosserat::simulation::{Batch, Formulation, Integrator, Settings, Status, StepParams, Tangent};
+use cosserat::simulation::{Batch, Formulation, Integrator, Settings, StepParams, Tangent};
 use cosserat::state::{Model, State};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -140,7 +140,7 @@ pub fn simulated(
                 batch.step(dt)?;
                 for (copy, unsolved) in unsolved.iter_mut().enumerate() {
                     let counts = frame < times[copy].len();
-                    *unsolved += usize::from(counts && batch.status(copy) > Status::ConvergedInSubsteps);
+                    *unsolved += usize::from(counts && !batch.status(copy).is_converged());
                 }
             }
         }

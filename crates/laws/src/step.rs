@@ -40,7 +40,7 @@ pub(crate) struct Step<'a> {
 impl Step<'_> {
     /// Whether its equations were solved.
     pub(crate) fn is_solved(&self) -> bool {
-        matches!(self.status, Status::Converged | Status::ConvergedInSubsteps | Status::PastHalfTurn)
+        self.status.is_solved()
     }
 
     /// Whether it was solved as one step, whose forces are those at its end.

@@ -304,7 +304,7 @@ impl<'a> Live<'a> {
             "pace": self.pacer.pace(),
             "dt": self.session.dt(),
             "status": self.status.name(),
-            "solved": matches!(self.status, Status::Converged | Status::ConvergedInSubsteps),
+            "solved": self.status.is_converged(),
             "stuck": self.status.is_stuck(),
             "knobs": self.session.knobs(),
             "rebuilds": self.session.rebuilds(),

@@ -130,7 +130,7 @@ impl Run {
         let begin = self.simulation.time();
         let report = self.simulation.step(dt)?;
         self.steps += 1;
-        if report.status >= Status::OutOfIterations {
+        if !report.status.is_solved() {
             self.failed = Some((self.steps, report.status));
             self.check()?;
         }

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use clap::Args;
-use cosserat::simulation::{Formulation, Integrator, Settings, Status, StepParams, Tangent};
+use cosserat::simulation::{Formulation, Integrator, Settings, StepParams};
 use evaluation::benchmark::{BenchmarkError, Experiment, Outcome as Measured, Quantity, experiments};
 use report::Cell;
 use terminal::Progress;
@@ -44,7 +44,7 @@ pub(crate) fn benchmark(args: &BenchmarkArgs) -> Result<Outcome> {
     let experiments = asked(&args.only)?;
     args.output.prepare()?;
     let &BenchmarkArgs { formulation, integrator, .. } = args;
-    let step = StepParams { formulation, integrator, tangent: Tangent::Auto, ..StepParams::DEFAULT };
+    let step = StepParams { formulation, integrator, ..StepParams::DEFAULT };
     let settings = Settings { step, ..Settings::default() };
     let steps = experiments.iter().map(|experiment| experiment.steps).sum();
     let progress = Progress::new(steps, "steps", args.output.quiet)?;
@@ -99,7 +99,7 @@ fn lines(experiment: &Experiment, measured: &Measured) -> String {
             lines.push(format!("{:18}published: {}", "", quantity.published));
         }
     }
-    if measured.status > Status::ConvergedInSubsteps {
+    if !measured.status.is_converged() {
         lines.push(format!("{:16}worst status of a step: {}", "", measured.status.name()));
     }
     lines.join("\n")
@@ -114,7 +114,7 @@ const HEADINGS: &str = "experiment | quantity | #right | source | #measured | #e
 
 /// A row for each quantity of an experiment, with what the whole took in the first.
 fn of(experiment: &Experiment, measured: &Measured) -> Vec<Vec<Cell>> {
-    let is_solved = measured.status <= Status::ConvergedInSubsteps;
+    let is_solved = measured.status.is_converged();
     let row = |(k, quantity): (usize, &Quantity)| {
         let of_all = |text: String| Cell::from(if k == 0 { text } else { String::new() });
         let loud = |is_good: bool, text: &str| if is_good { Cell::from(text) } else { Cell::strong(text) };

@@ -78,7 +78,7 @@ pub struct Outcome {
 impl Outcome {
     /// Whether all quantities are right and all steps were solved.
     pub fn is_right(&self) -> bool {
-        self.status <= Status::ConvergedInSubsteps && self.quantities.iter().all(Quantity::is_right)
+        self.status.is_converged() && self.quantities.iter().all(Quantity::is_right)
     }
 }
 
