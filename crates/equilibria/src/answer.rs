@@ -1,5 +1,7 @@
 //! What is answered.
 
+use std::ops::AddAssign;
+
 use cosserat::internals::kernels::math::Vec3;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -49,11 +51,32 @@ pub struct Answer<E = Equilibrium> {
     pub solves: u32,
     /// Those on coarse levels.
     pub coarse_solves: u32,
+    /// How its searches began and went.
+    pub searches: Searches,
+}
+
+/// How the searches of a query began and went.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Searches {
+    /// Starts.
+    pub starts: u32,
+    /// Those at which the tangent has other negative pivots than a minimum, so that Newton's step may lead away from every equilibrium.
+    pub indefinite: u32,
+    /// Solves, on all levels, with a tangent that is indefinite or made stiffer until it is not.
+    pub regularised: u32,
+}
+
+impl AddAssign for Searches {
+    fn add_assign(&mut self, other: Self) {
+        self.starts += other.starts;
+        self.indefinite += other.indefinite;
+        self.regularised += other.regularised;
+    }
 }
 
 impl<E> Default for Answer<E> {
     fn default() -> Self {
-        Self { equilibria: Vec::new(), solves: 0, coarse_solves: 0 }
+        Self { equilibria: Vec::new(), solves: 0, coarse_solves: 0, searches: Searches::default() }
     }
 }
 

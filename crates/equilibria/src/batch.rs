@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::UnitQuaternion;
 use rayon::prelude::*;
 
-use crate::answer::{Answer, Finish};
+use crate::answer::{Answer, Finish, Searches};
 use crate::descent::{Descent, Job, Until};
 use crate::level::Finer;
 pub use crate::params::{FEWEST_SEGMENTS, MOST_SEGMENTS, Params, ParamsError};
@@ -155,7 +155,7 @@ impl<P: Solved> Worker<P> {
             self.finish(block, &mut answers, params);
         }
         for answer in &mut answers {
-            if let Ok(Answer { equilibria, solves, coarse_solves }) = answer
+            if let Ok(Answer { equilibria, solves, coarse_solves, .. }) = answer
                 && equilibria.is_empty()
             {
                 *answer = Err(P::not_found(*solves + *coarse_solves));
@@ -220,9 +220,10 @@ impl<P: Solved> Worker<P> {
             }
             order.dedup_by(|b, a| are_same::<P>(&jobs[*b], &jobs[*a], SAME_COARSE));
             let solves = jobs[begin..end].iter().map(|job| job.solves + job.coarse_solves).sum::<u32>();
+            let all = searches(&jobs[begin..end]);
             for (rank, &k) in order.iter().enumerate() {
-                let coarse_solves = if rank == 0 { solves } else { 0 };
-                next.jobs.push(Job { coarse_solves, solves: 0, converged: false, ..jobs[k] });
+                let (coarse_solves, searches) = if rank == 0 { (solves, all) } else { (0, Searches::default()) };
+                next.jobs.push(Job { coarse_solves, searches, solves: 0, converged: false, ..jobs[k] });
                 for cable in 0..P::CABLES {
                     let at = next.turns.len();
                     next.turns.resize(at + fine, UnitQuaternion::identity());
@@ -245,7 +246,9 @@ impl<P: Solved> Worker<P> {
         let size = level.size();
         let Level { descent, jobs, turns, .. } = level;
         *turns = early.iter().flat_map(|&k| turns[k * size..(k + 1) * size].to_vec()).collect();
-        *jobs = early.iter().map(|&k| Job { coarse_solves: 0, solves: 0, converged: false, ..jobs[k] }).collect();
+        let again =
+            |k: usize| Job { coarse_solves: 0, solves: 0, searches: Searches::default(), converged: false, ..jobs[k] };
+        *jobs = early.iter().map(|&k| again(k)).collect();
         let until = Until { tolerance: NEARER * params.tolerance, most: params.most_solves, careful: false };
         descent.run(&self.problems, jobs, turns, until);
         self.collect(block, answers, params);
@@ -269,6 +272,7 @@ impl<P: Solved> Worker<P> {
                 let sum = |solves: fn(&Job<P::Begin>) -> u32| jobs[begin..end].iter().map(solves).sum::<u32>();
                 answer.solves += sum(|job| job.solves);
                 answer.coarse_solves += sum(|job| job.coarse_solves);
+                answer.searches += searches(&jobs[begin..end]);
                 order_by_energy(jobs, begin..end, order);
                 order.dedup_by(|b, a| are_same::<P>(&jobs[*b], &jobs[*a], SAME));
                 if !params.branches {
@@ -288,6 +292,13 @@ impl<P: Solved> Worker<P> {
         }
         early
     }
+}
+
+/// How the searches of these jobs began and went.
+fn searches<B>(jobs: &[Job<B>]) -> Searches {
+    let mut all = Searches::default();
+    jobs.iter().for_each(|job| all += job.searches);
+    all
 }
 
 /// Where the jobs of the query end whose first job is `begin`.

@@ -4,6 +4,7 @@ use cosserat::internals::kernels::dispatch::vectorized;
 use cosserat::internals::kernels::lane::Real;
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::answer::Searches;
 use crate::problem::{Solved, System, WIDTH, Wide};
 use crate::scaled::{Cut, get, set};
 use crate::sweep::{Chain, Found};
@@ -33,12 +34,15 @@ pub(crate) struct Job<B> {
     /// Linear solves on this level, and on the levels before.
     pub(crate) solves: u32,
     pub(crate) coarse_solves: u32,
+    /// How the searches began and went that led here; of one that goes on from a coarser level the first has those of all.
+    pub(crate) searches: Searches,
     pub(crate) converged: bool,
 }
 
 impl<B> Job<B> {
     pub(crate) fn new(query: usize, begin: B) -> Self {
-        Self { query, begin, energy: 0.0, solves: 0, coarse_solves: 0, converged: false }
+        let searches = Searches { starts: 1, ..Searches::default() };
+        Self { query, begin, energy: 0.0, solves: 0, coarse_solves: 0, searches, converged: false }
     }
 }
 
@@ -66,6 +70,9 @@ struct Search {
     last: f64,
     movement: f64,
     solves: u32,
+    /// Solves with a tangent that is indefinite or made stiffer.
+    regularised: u32,
+    began_indefinite: bool,
     is_at_saddle: bool,
 }
 
@@ -143,6 +150,9 @@ impl<P: Solved> Descent<P> {
                 job.begin = system.store(lane, &mut turns[index * size..(index + 1) * size]);
                 job.energy = found.energy.lane(lane);
                 (job.solves, job.converged) = (job.solves + search.solves, converged);
+                let is_start = job.searches.starts == 1 && job.coarse_solves == 0;
+                job.searches.indefinite += u32::from(is_start && search.began_indefinite);
+                job.searches.regularised += search.regularised;
             }
         }
     }
@@ -167,6 +177,8 @@ impl Search {
         let (turn, bend) = (found.turn.lane(lane), found.bend.lane(lane));
         let size = turn.max(2.0 * bend) / LARGEST_TURN * if careful { CAREFUL } else { 1.0 };
         let is_first = self.solves == 1;
+        self.began_indefinite |= is_first && wrong != 0.0;
+        self.regularised += u32::from(wrong != 0.0 || self.shift > 0.0);
         let finite = found.energy.lane(lane).is_finite() && size.is_finite();
         if !finite || wrong != 0.0 || (size > FAR && !is_first) {
             self.shift = if self.shift < self.last { self.last } else { (GROWTH * self.shift).max(FIRST) };

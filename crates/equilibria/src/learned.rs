@@ -54,18 +54,19 @@ pub fn distribution() -> Distribution {
 #[derive(Clone, Debug)]
 pub struct Learned {
     network: Perceptron,
+    /// For how many seconds cores worked for it, to draw and solve its queries and to train it, where its file says so.
+    pub core_seconds: Option<f64>,
     /// Most proposals of a query, 1 or 2.
     pub proposals: usize,
 }
 
 impl Default for Learned {
     fn default() -> Self {
-        static NETWORK: LazyLock<Perceptron> =
-            LazyLock::new(|| match Perceptron::from_bytes(SHIPPED, INPUTS, OUTPUTS) {
-                Ok(network) => network,
-                Err(error) => unreachable!("{error}"),
-            });
-        Self { network: NETWORK.clone(), proposals: 2 }
+        static SHIPPED_ONE: LazyLock<Learned> = LazyLock::new(|| match Learned::from_bytes(SHIPPED) {
+            Ok(learned) => learned,
+            Err(error) => unreachable!("{error}"),
+        });
+        SHIPPED_ONE.clone()
     }
 }
 
@@ -75,7 +76,8 @@ impl Learned {
     /// # Errors
     /// If it holds no network of these inputs and outputs.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
-        Ok(Self { network: Perceptron::from_bytes(bytes, INPUTS, OUTPUTS)?, proposals: 2 })
+        let network = Perceptron::from_bytes(bytes, INPUTS, OUTPUTS)?;
+        Ok(Self { network, core_seconds: Perceptron::core_seconds(bytes), proposals: 2 })
     }
 
     /// Whether a query is like those of the training: two grips, a round cable that is not twisted at rest and does not stretch,

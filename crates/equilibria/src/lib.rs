@@ -47,7 +47,7 @@ mod scaled;
 pub mod start;
 mod sweep;
 
-pub use answer::{Answer, Equilibrium, Wrench};
+pub use answer::{Answer, Equilibrium, Searches, Wrench};
 pub use batch::{Params, ParamsError, solve, solve_from};
 pub use model::CableOfModel;
 pub use problem::{Answers, Problem};

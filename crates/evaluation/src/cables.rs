@@ -24,6 +24,19 @@ pub(crate) use measure::RANDOM;
 /// Seeds of the neighbours and of the random starts; queries have their own.
 pub(crate) const NEIGHBOURS_SEED: u64 = 1 << 40;
 
+/// Name of the start of a network that was trained for seconds.
+pub const LEARNED_QUICKLY: &str = "learned in seconds, one or two proposals";
+
+/// The start of a network that was trained for seconds: `train equilibrium --queries 15000 --epochs 20 --width 128 --batch 128
+/// --learning-rate 0.008 --threads 1`.
+pub fn learned_quickly() -> Learned {
+    static WEIGHTS: &[u8] = include_bytes!("../../../checkpoints/equilibrium-quick.safetensors");
+    match Learned::from_bytes(WEIGHTS) {
+        Ok(learned) => learned,
+        Err(error) => unreachable!("{error}"),
+    }
+}
+
 /// All ways, with and without learning; neighbours among so many answers.
 ///
 /// # Errors
@@ -42,11 +55,14 @@ pub fn ways(distribution: &Distribution, segments: usize, neighbours: u64) -> Re
         add("Hermite with sag, both twists", levels, twists);
         add("two curves, both twists", levels, four);
     }
-    for (proposals, name) in [(1, "learned, one proposal"), (2, "learned, one or two proposals")] {
+    let shipped = [(1, "learned, one proposal"), (2, "learned, one or two proposals")].map(|(proposals, name)| {
+        let mut starts = Learned::default();
+        starts.proposals = proposals;
+        (name, starts)
+    });
+    for (name, starts) in shipped.into_iter().chain([(LEARNED_QUICKLY, learned_quickly())]) {
         for levels in [&[][..], &[11]] {
-            let mut starts = Learned::default();
-            starts.proposals = proposals;
-            ways.push(Way::new(name, levels, starts));
+            ways.push(Way::new(name, levels, starts.clone()));
         }
     }
     for (what, name) in [(Continued::Load, "load"), (Continued::Pose, "pose")] {

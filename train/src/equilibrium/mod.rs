@@ -7,7 +7,7 @@ mod subject;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
@@ -31,6 +31,9 @@ const CHUNK: u64 = 4096;
 const VALIDATION: u64 = 4096;
 /// Steps over which the step size rises to its full size.
 const WARM_UP: u64 = 200;
+
+/// Name of a counter: for how long cores have worked [ms].
+const CORE_TIME: &str = "core milliseconds";
 
 /// Trains the learned start of `equilibria`.
 ///
@@ -112,6 +115,8 @@ struct Course<'a, S: Subject> {
     adam: Adam,
     epoch: u64,
     batch: u64,
+    /// For how long cores worked for it in programs that were cut off [ms].
+    before: u64,
 }
 
 /// Trains as the command line says.
@@ -169,7 +174,7 @@ fn learn<S: Subject>(args: &EquilibriumArgs) -> Result<Outcome> {
         "{}; of {VALIDATION} other queries: median error {median:.4} rad, mean {mean:.4} rad, above 0.2 rad {far:.1} %, right class {class:.1} %",
         course.command()
     );
-    let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &training)?;
+    let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &training, course.core_seconds())?;
     export::write_atomically(&out, |out| std::io::Write::write_all(out, &bytes)).context("--out")?;
     std::fs::remove_file(&state).context("--out")?;
     if !args.quiet {
@@ -221,7 +226,7 @@ impl<'a, S: Subject> Course<'a, S> {
             parameters.resize(parameters.len() + outputs, 0.0);
         }
         let adam = Adam::new(parameters.len());
-        Self { args, sizes, samples, parameters, adam, epoch: 0, batch: 0 }
+        Self { args, sizes, samples, parameters, adam, epoch: 0, batch: 0, before: 0 }
     }
 
     /// What is left of an epoch, or as much of it as there is time for before Ctrl-C. Returns the mean loss.
@@ -281,8 +286,15 @@ impl<'a, S: Subject> Course<'a, S> {
         settings.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
+    /// For how long cores have worked for it [s]; `None` where the system does not tell.
+    fn core_seconds(&self) -> Option<f64> {
+        process_time().map(|now| (Duration::from_millis(self.before) + now).as_secs_f64())
+    }
+
     fn save(&self, file: &Path) -> Result<()> {
-        let counters = [("epoch", self.epoch), ("batch", self.batch), ("steps", self.adam.steps)];
+        let now = process_time().unwrap_or_default().as_millis() as u64;
+        let counters =
+            [("epoch", self.epoch), ("batch", self.batch), ("steps", self.adam.steps), (CORE_TIME, self.before + now)];
         let tensors = [("parameters", &self.parameters), ("mean", &self.adam.mean), ("square", &self.adam.square)];
         let state = TrainingState {
             fingerprint: self.fingerprint(),
@@ -301,6 +313,7 @@ impl<'a, S: Subject> Course<'a, S> {
             state.counters.get(key).copied().with_context(|| format!("{}: no counter {key}", file.display()))
         };
         (self.epoch, self.batch, self.adam.steps) = (counter("epoch")?, counter("batch")?, counter("steps")?);
+        self.before = counter(CORE_TIME)?;
         for (key, to) in
             [("parameters", &mut self.parameters), ("mean", &mut self.adam.mean), ("square", &mut self.adam.square)]
         {
@@ -311,4 +324,12 @@ impl<'a, S: Subject> Course<'a, S> {
         }
         Ok(())
     }
+}
+
+/// For how long all threads of this program have run; `None` where the system does not tell.
+fn process_time() -> Option<Duration> {
+    #[cfg(unix)]
+    return rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime).try_into().ok();
+    #[cfg(not(unix))]
+    None
 }

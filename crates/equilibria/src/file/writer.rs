@@ -58,7 +58,7 @@ impl<P: Tabled> AnswerWriter<P> {
                 let (message, rest) = (message.replace('"', "'"), ",".repeat(self.columns - 2));
                 self.table.add(|out| writeln!(out, "{row},\"{message}\"{rest}"))
             }
-            Ok(Answer { equilibria, solves, coarse_solves }) => {
+            Ok(Answer { equilibria, solves, coarse_solves, .. }) => {
                 let solves = [*solves, *coarse_solves];
                 equilibria.iter().enumerate().try_for_each(|(branch, own)| self.add_one(row, branch, own, solves))
             }

@@ -83,7 +83,8 @@ impl Section for Branched {
         let all = [
             "branched-all",
             "All starts",
-            "With half of the mean's 95 % interval. Solves are linear solves on the arms' own segments.",
+            "With half of the mean's 95 % interval. Solves are linear solves on the arms' own segments. Where the tangent is indefinite it \
+             is made stiffer until it is not.",
         ];
         Ok(section([Self::ID, TITLE, INTRODUCTION], vec![gain, show::all(all, rows, conditions)]))
     }

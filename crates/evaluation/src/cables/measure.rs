@@ -1,7 +1,7 @@
 //! Measures ways to equilibria, of cables of any kind: they take turns on the same queries.
 
 use equilibria::start::Starts;
-use equilibria::{Answer, Answers, Cut, Params, ParamsError, Problem, Scaled};
+use equilibria::{Answer, Answers, Cut, Params, ParamsError, Problem, Scaled, Searches};
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
@@ -51,16 +51,21 @@ pub struct Measured {
     pub solves: [f64; 2],
     /// Solves a query on coarse levels.
     pub coarse_solves: f64,
+    /// Share of the starts at which the tangent is indefinite.
+    pub indefinite: f64,
+    /// Solves a query, on all levels, with a tangent that is indefinite or made stiffer.
+    pub regularised: f64,
     /// Share of the queries without an equilibrium.
     pub failed: f64,
     /// Share of the queries with the lowest equilibrium that is known.
     pub lowest: f64,
 }
 
-/// Of a way: times of the parts; of each query the solves, if it was answered, and the energy.
+/// Of a way: times of the parts; of each query the solves, if it was answered, how its searches went, and the energy.
 pub(super) struct Seen {
     pub(super) times: Vec<f64>,
     pub(super) solves: Vec<Option<[u32; 2]>>,
+    pub(super) searches: Searches,
     pub(super) energies: Vec<f64>,
 }
 
@@ -68,7 +73,9 @@ impl Seen {
     /// Of answers.
     pub(super) fn new<P: Problem>(times: Vec<f64>, answers: &Answers<P>) -> Self {
         let solves = answers.iter().map(|own| own.as_ref().ok().map(|own| [own.solves, own.coarse_solves])).collect();
-        Self { times, solves, energies: answers.iter().map(energy::<P>).collect() }
+        let mut searches = Searches::default();
+        answers.iter().flatten().for_each(|own| searches += own.searches);
+        Self { times, solves, searches, energies: answers.iter().map(energy::<P>).collect() }
     }
 
     /// How often the energies are these, with units of energy.
@@ -81,6 +88,8 @@ impl Seen {
             query_us: mean(&self.times).map(|seconds| 1e6 * seconds),
             solves: mean(&fine),
             coarse_solves: found.iter().map(|own| own[1]).sum::<f64>() / found.len().max(1) as f64,
+            indefinite: f64::from(self.searches.indefinite) / f64::from(self.searches.starts.max(1)),
+            regularised: f64::from(self.searches.regularised) / found.len().max(1) as f64,
             failed: 1.0 - found.len() as f64 / count,
             lowest: (0..self.energies.len()).filter(is_lowest).count() as f64 / count,
         }

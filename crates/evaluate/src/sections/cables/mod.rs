@@ -3,9 +3,10 @@
 pub(crate) mod show;
 
 use anyhow::Result;
+use equilibria::learned::Learned;
 use equilibria::sample::Distribution;
 use equilibria::{Params, Query};
-use evaluation::cables::{self, PathStep};
+use evaluation::cables::{self, LEARNED_QUICKLY, PathStep};
 use report::{Cell, Section as PageSection};
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +14,7 @@ use self::show::{COMPARED, LESS, Row};
 use crate::blocks::{section, table};
 use crate::cells::Section;
 use crate::context::Context;
+use crate::show::number;
 
 /// A set of random queries.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -133,11 +135,23 @@ impl Section for Cables {
             cells.iter().map(|(key, answered)| gain(key, answered)).collect(),
             conditions.clone(),
         )];
+        blocks.push(table(
+            [
+                "cables-break-even",
+                "After how many queries training has paid",
+                "Core-seconds of the training, in which its queries are drawn and solved, over what an answer saves beside the fastest start \
+                 without learning that finds the lowest equilibrium at most half a per cent less often.",
+            ],
+            "set | #segments | network | #training [core-s] | #learned [us] | #lowest % | rival | #rival [us] | #saved [us] | #queries until it has paid",
+            cells.iter().flat_map(|(key, answered)| break_even(key, answered)).collect(),
+            conditions.clone().with("core-seconds", "of the machine on which the networks were trained, as their files say"),
+        ));
         for (number, (key, answered)) in cells.iter().enumerate() {
             let id = format!("cables-{}", number + 1);
             let title = format!("All starts: {}", key.set);
-            let caption =
-                "With half of the mean's 95 % interval. Solves are linear solves on the cable's own segments.";
+            let caption = "With half of the mean's 95 % interval. Solves are linear solves on the cable's own segments. Where the tangent is \
+                 indefinite it is made stiffer until it is not; a start at which it is indefinite is one that Newton's method without \
+                 this would lead anywhere.";
             let conditions = conditions
                 .clone()
                 .with("segments", key.segments.to_string())
@@ -183,4 +197,31 @@ fn gain(key: &CablesKey, Answered { ways, .. }: &Answered) -> Vec<Cell> {
     cells.extend(show::compared(show::pair(ways, OURS, Some(LESS), FAILED)));
     cells.push(for_any.map_or(Cell::muted("-"), show::ratio));
     cells
+}
+
+/// A row for each network.
+fn break_even(key: &CablesKey, Answered { ways, .. }: &Answered) -> Vec<Vec<Cell>> {
+    let networks = [
+        ("shipped", OURS, Learned::default().core_seconds),
+        ("trained in seconds", (LEARNED_QUICKLY, OURS.1), cables::learned_quickly().core_seconds),
+    ];
+    let row = |(name, way, seconds): (&str, (&str, usize), Option<f64>)| {
+        let [own, rival] = show::pair(ways, way, Some(LESS), FAILED)?;
+        let saved = rival.time() - own.time();
+        let paid = seconds.filter(|_| saved > 0.0).map_or("never".to_owned(), |seconds| number(seconds * 1e6 / saved));
+        let texts = [
+            key.set.clone(),
+            key.segments.to_string(),
+            name.to_owned(),
+            seconds.map_or("-".to_owned(), number),
+            number(own.time()),
+            show::percent(own.measured.lowest),
+            rival.start.clone(),
+            number(rival.time()),
+            number(saved),
+            paid,
+        ];
+        Some(texts.into_iter().map(Cell::from).collect())
+    };
+    networks.into_iter().filter_map(row).collect()
 }

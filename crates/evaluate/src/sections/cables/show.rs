@@ -30,7 +30,7 @@ impl Row {
         ways.iter().zip(measured).map(row).collect()
     }
 
-    fn time(&self) -> f64 {
+    pub(super) fn time(&self) -> f64 {
         self.measured.query_us[0]
     }
 
@@ -82,22 +82,24 @@ pub(crate) fn compared(pair: Option<[&Row; 2]>) -> Vec<Cell> {
 pub(crate) fn all(head: [&str; 3], rows: &[Row], conditions: Conditions) -> Block {
     let with_interval = |[mean, half]: [f64; 2]| format!("{} +- {}", number(mean), number(half));
     let row = |row: &Row| {
-        let Measured { query_us, solves, coarse_solves, failed, lowest } = &row.measured;
+        let Measured { query_us, solves, coarse_solves, indefinite, regularised, failed, lowest } = &row.measured;
         let texts = [
             row.start.clone(),
             row.levels(),
             with_interval(*query_us),
             with_interval(*solves),
             number(*coarse_solves),
+            percent(*indefinite),
+            number(*regularised),
             percent(*failed),
             percent(*lowest),
         ];
         texts.into_iter().map(Cell::from).collect()
     };
-    let headings = "start | coarse levels | #time [us] | #solves | #coarse solves | #failed % | #lowest %";
+    let headings = "start | coarse levels | #time [us] | #solves | #coarse solves | #indefinite starts % | #regularised solves | #failed % | #lowest %";
     table(head, headings, rows.iter().map(row).collect(), conditions)
 }
 
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     format!("{:.2}", 100.0 * share)
 }
