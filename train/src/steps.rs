@@ -17,7 +17,7 @@ use cosserat::internals::jointed::linear::LinearSolver;
 use cosserat::internals::kernels::Spatial;
 use cosserat::scene::Scene;
 use cosserat::simulation::{
-    Counters, Formulation, Integrator, Settings, Simulation, SimulationError, SolverKind, Status, StepParams, Tangent,
+    Counters, Formulation, Integrator, Settings, Simulation, SimulationError, SolverKind, Status, StepParams,
 };
 use dataset::{Config, Scenario};
 use graph::{Graph, planar_normal};
@@ -30,7 +30,6 @@ pub(crate) const TOLERANCES: [f64; 2] = [1e-3, 1e-6];
 /// How tightly a step is solved to be learned from.
 const TIGHT: StepParams = StepParams {
     formulation: Formulation::Newton,
-    tangent: Tangent::Positive,
     integrator: Integrator::Euler,
     relative_tolerance: 1e-8,
     motion_tolerance: 1e-8,

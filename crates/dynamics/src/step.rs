@@ -14,7 +14,8 @@ use crate::formulation::{ContactProjection, Formulation, Tangent};
 pub struct StepParams {
     /// Equations to solve.
     pub formulation: Formulation,
-    /// Matrix of formulation `newton`.
+    /// Matrix of formulation `newton`. The default is the positive one, with which a rod has the same bits in lanes and alone;
+    /// programs take [`Tangent::Auto`].
     pub tangent: Tangent,
     /// How the motion goes on from step to step.
     pub integrator: Integrator,
@@ -47,7 +48,7 @@ impl StepParams {
     /// Those that a simulation has unless told otherwise.
     pub const DEFAULT: Self = Self {
         formulation: Formulation::Newton,
-        tangent: Tangent::Auto,
+        tangent: Tangent::Positive,
         integrator: Integrator::Bdf2,
         relative_tolerance: 1e-6,
         motion_tolerance: 1e-3,

@@ -8,7 +8,7 @@ use catalogue::{GuessName, Row, Sources, Training, load, rows};
 use clap::Args;
 use cosserat::guess::{GuessFactory, GuessKind};
 use cosserat::scene::Scene;
-use cosserat::simulation::{Formulation, Integrator, Settings, StepParams, Tangent};
+use cosserat::simulation::{Formulation, Integrator, Settings, StepParams};
 use dataset::{Config, Scenario};
 use evaluation::compare::{Entry, EntryRun, run_in_turns};
 use evaluation::guesses::{
@@ -141,15 +141,10 @@ pub(super) fn plan(
     Plan { guesses, preconditioners, tolerances, max_iterations, buckets, is_struck }
 }
 
-/// Direct solves of a formulation, `newton` with the positive matrix: learned starts of whole steps pay there.
+/// Direct solves of a formulation.
 fn direct(formulation: Formulation) -> Settings {
     Settings {
-        step: StepParams {
-            formulation,
-            tangent: Tangent::Positive,
-            integrator: Integrator::Euler,
-            ..StepParams::DEFAULT
-        },
+        step: StepParams { formulation, integrator: Integrator::Euler, ..StepParams::DEFAULT },
         ..Settings::default()
     }
 }
