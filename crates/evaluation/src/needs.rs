@@ -4,7 +4,7 @@ use cosserat::guess::{self, Choice, GuessKind, Members, Topology};
 use cosserat::internals::component::split;
 use cosserat::scene::Scene;
 use cosserat::simulation::{
-    Counters, Formulation, Settings, Simulation, SimulationError, SolverKind, Status, StepParams,
+    Counters, Formulation, Settings, Simulation, SimulationError, SolverKind, Status, StepParams, Tangent,
 };
 use cosserat::state::Model;
 use serde::{Deserialize, Serialize};
@@ -63,7 +63,8 @@ pub fn measure(
     formulation: Formulation,
     mut go_on: impl FnMut() -> bool,
 ) -> Result<Option<Needs>, SimulationError> {
-    let step = StepParams { formulation, integrator: run.integrator.unwrap_or_default(), ..StepParams::default() };
+    let integrator = run.integrator.unwrap_or_default();
+    let step = StepParams { formulation, integrator, tangent: Tangent::Auto, ..StepParams::default() };
     let choice = guess::choose(model, &step, None);
     let settings = Settings { step, solver: choice.solver };
     let build = |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology);

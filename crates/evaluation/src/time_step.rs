@@ -15,7 +15,9 @@ pub mod cases;
 use cases::Frame;
 use cosserat::guess;
 use cosserat::scene::{self, Scene};
-use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, SimulationError, Status, StepParams};
+use cosserat::simulation::{
+    Formulation, Integrator, Settings, Simulation, SimulationError, Status, StepParams, Tangent,
+};
 use cosserat::state::JointForce;
 use serde::{Deserialize, Serialize};
 
@@ -76,9 +78,10 @@ pub struct Point {
     pub errors: Vec<f64>,
 }
 
-/// The settings of a formulation with an integrator: the defaults but for these two.
+/// The settings of a formulation with an integrator: all but these two as `simulate` has them by default.
 pub fn settings(formulation: Formulation, integrator: Integrator) -> Settings {
-    Settings { step: StepParams { formulation, integrator, ..StepParams::default() }, ..Settings::default() }
+    let step = StepParams { formulation, integrator, tangent: Tangent::Auto, ..StepParams::default() };
+    Settings { step, ..Settings::default() }
 }
 
 impl Problem {
