@@ -12,7 +12,7 @@
 //! - **Where segments can touch each other and the tolerance is loose, steps start at the prediction.** Such contacts
 //!   come and go, and what a start continues is of those of the last steps.
 //! - **`newton` iterates with the exact tangent or with the positive matrix**, whichever takes a set less work
-//!   ([`Tangent::Auto`]). In lanes it is the positive one.
+//!   ([`Tangent::Auto`]).
 //! - **`xpbd` starts at the prediction.** A start of a whole step would stay in the motion, and one of
 //!   a linear solve is no use to a direct solver.
 //!

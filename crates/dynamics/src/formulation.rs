@@ -7,7 +7,7 @@ use names::names;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tangent {
     /// That of the other two which takes less work, found out step by step: each connected set counts the iterations of both.
-    /// Sets without an exact tangent, those in lanes, and those with another solver than the direct one take the positive one.
+    /// Sets without an exact tangent and those with another solver than the direct one take the positive one.
     #[default]
     Auto,
     /// Positive definite: how the torques of joints change as segments turn is left out, but for the stiffness of pulls.

@@ -14,8 +14,8 @@ use crate::formulation::{ContactProjection, Formulation, Tangent};
 pub struct StepParams {
     /// Equations to solve.
     pub formulation: Formulation,
-    /// Matrix of formulation `newton`. The default is the positive one, with which a rod has the same bits in lanes and alone;
-    /// programs take [`Tangent::Auto`].
+    /// Matrix of formulation `newton`. The default is the positive one, with which rods stay in lanes where one is held that
+    /// others are not; programs take [`Tangent::Auto`].
     pub tangent: Tangent,
     /// How the motion goes on from step to step.
     pub integrator: Integrator,
