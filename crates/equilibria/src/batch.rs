@@ -220,9 +220,9 @@ impl<P: Solved> Worker<P> {
             }
             order.dedup_by(|b, a| are_same::<P>(&jobs[*b], &jobs[*a], SAME_COARSE));
             let solves = jobs[begin..end].iter().map(|job| job.solves + job.coarse_solves).sum::<u32>();
-            let all = searches(&jobs[begin..end]);
+            let of_all = searches(&jobs[begin..end]);
             for (rank, &k) in order.iter().enumerate() {
-                let (coarse_solves, searches) = if rank == 0 { (solves, all) } else { (0, Searches::default()) };
+                let (coarse_solves, searches) = if rank == 0 { (solves, of_all) } else { (0, Searches::default()) };
                 next.jobs.push(Job { coarse_solves, searches, solves: 0, converged: false, ..jobs[k] });
                 for cable in 0..P::CABLES {
                     let at = next.turns.len();

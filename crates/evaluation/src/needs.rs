@@ -3,13 +3,12 @@
 use cosserat::guess::{self, Choice, GuessKind, Members, Topology};
 use cosserat::internals::component::split;
 use cosserat::scene::Scene;
-use cosserat::simulation::{
-    Counters, Formulation, Settings, Simulation, SimulationError, SolverKind, Status, StepParams, Tangent,
-};
+use cosserat::simulation::{Counters, Formulation, Settings, Simulation, SimulationError, SolverKind, Status};
 use cosserat::state::Model;
 use serde::{Deserialize, Serialize};
 
 use crate::stages::Stages;
+use crate::time_step::settings;
 
 /// What a scene needs of the solver that is chosen for it ([`guess::choose`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,8 +62,7 @@ pub fn measure(
     formulation: Formulation,
     mut go_on: impl FnMut() -> bool,
 ) -> Result<Option<Needs>, SimulationError> {
-    let integrator = run.integrator.unwrap_or_default();
-    let step = StepParams { formulation, integrator, tangent: Tangent::Auto, ..StepParams::default() };
+    let step = settings(formulation, run.integrator.unwrap_or_default()).step;
     let choice = guess::choose(model, &step, None);
     let settings = Settings { step, solver: choice.solver };
     let build = |model: &Model, members: &Members, topology: &Topology| choice.build_guess(model, members, topology);
