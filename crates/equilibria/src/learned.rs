@@ -54,8 +54,6 @@ pub fn distribution() -> Distribution {
 #[derive(Clone, Debug)]
 pub struct Learned {
     network: Perceptron,
-    /// For how many seconds cores worked for it, to draw and solve its queries and to train it, where its file says so.
-    pub core_seconds: Option<f64>,
     /// Most proposals of a query, 1 or 2.
     pub proposals: usize,
 }
@@ -77,7 +75,7 @@ impl Learned {
     /// If it holds no network of these inputs and outputs.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, WeightsError> {
         let network = Perceptron::from_bytes(bytes, INPUTS, OUTPUTS)?;
-        Ok(Self { network, core_seconds: Perceptron::core_seconds(bytes), proposals: 2 })
+        Ok(Self { network, proposals: 2 })
     }
 
     /// Whether a query is like those of the training: two grips, a round cable that is not twisted at rest and does not stretch,

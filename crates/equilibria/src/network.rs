@@ -11,8 +11,6 @@ use thiserror::Error;
 const PANEL: usize = 64;
 /// Largest size of a layer.
 const LARGEST: usize = 256;
-/// Key of a file's metadata.
-const CORE_SECONDS: &str = "core_seconds";
 
 /// Linear layers with the activation `x (1 + x / sqrt(1 + x^2)) / 2` between them, in single precision. The same bits on every
 /// width of vector registers.
@@ -80,13 +78,8 @@ impl Perceptron {
     }
 
     /// A safetensors file of a perceptron's parameters: `layer.K.weight` [inputs, outputs] and `layer.K.bias` [outputs], F32, and
-    /// in its metadata how they came to be, under `training`, and for how many seconds cores worked for them, under `core_seconds`.
-    pub fn bytes(
-        sizes: &[[usize; 2]],
-        parameters: &[f32],
-        training: &str,
-        core_seconds: Option<f64>,
-    ) -> std::io::Result<Vec<u8>> {
+    /// in its metadata how they came to be, under `training`.
+    pub fn bytes(sizes: &[[usize; 2]], parameters: &[f32], training: &str) -> std::io::Result<Vec<u8>> {
         let mut rest = parameters;
         let mut tensors = Vec::new();
         for (k, &[inputs, outputs]) in sizes.iter().enumerate() {
@@ -97,16 +90,9 @@ impl Perceptron {
                 tensors.push((format!("layer.{k}.{name}"), Tensor { dtype: Dtype::F32, shape, bytes }));
             }
         }
-        let mut metadata = HashMap::from([("training".to_owned(), training.to_owned())]);
-        metadata.extend(core_seconds.map(|seconds| (CORE_SECONDS.to_owned(), format!("{seconds:.1}"))));
+        let metadata = HashMap::from([("training".to_owned(), training.to_owned())]);
         safetensors::serialize(tensors.iter().map(|(name, tensor)| (name, tensor)), Some(metadata))
             .map_err(std::io::Error::other)
-    }
-
-    /// For how many seconds cores worked for the weights of a file, to draw and solve the queries and to train; `None` where it does not say.
-    pub fn core_seconds(bytes: &[u8]) -> Option<f64> {
-        let (_, metadata) = SafeTensors::read_metadata(bytes).ok()?;
-        metadata.metadata().as_ref()?.get(CORE_SECONDS)?.parse().ok()
     }
 
     /// Reads what [`Self::bytes`] has made.

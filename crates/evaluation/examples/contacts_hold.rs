@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use cosserat::scene;
 use cosserat::simulation::{Formulation, Settings, Simulation, StepParams, Touched};
 use cosserat::state::measure;
+use evaluation::clock::process_time;
 use evaluation::passing::passing;
 
 /// Steps from one look at swept axes to the next.
@@ -50,10 +51,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         if look {
             simulation.store(&mut before);
         }
-        let (start, cpu_start) = (Instant::now(), processor_seconds());
+        let (start, cpu_start) = (Instant::now(), process_time());
         let status = simulation.step(scene.run.dt)?.status;
         ms += start.elapsed().as_secs_f64() * 1e3;
-        cpu_ms += (processor_seconds() - cpu_start) * 1e3;
+        let spent = process_time().zip(cpu_start).map_or(f64::NAN, |(now, before)| (now - before).as_secs_f64());
+        cpu_ms += spent * 1e3;
         if !status.is_converged() {
             println!("step {step}: {}", status.name());
         }
@@ -105,15 +107,4 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("memory at its peak: {}", line.trim_start_matches("VmHWM:").trim());
     }
     Ok(())
-}
-
-/// Time that this program has run on processors, all threads together [s]; not a number where the system does not say.
-fn processor_seconds() -> f64 {
-    #[cfg(unix)]
-    {
-        let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-        time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-    }
-    #[cfg(not(unix))]
-    f64::NAN
 }

@@ -7,6 +7,7 @@ pub mod ablation;
 pub mod benchmark;
 pub mod branched;
 pub mod cables;
+pub mod clock;
 pub mod compare;
 pub mod equilibria;
 pub mod gradients;

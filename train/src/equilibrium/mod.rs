@@ -14,6 +14,7 @@ use clap::{Args, ValueEnum};
 use copingnet::{Adam, AdamParams, Backend, TrainingState};
 use dataset::shuffled;
 use equilibria::network::Perceptron;
+use evaluation::clock::process_time;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use terminal::{Progress, threads};
@@ -68,8 +69,8 @@ pub(crate) struct EquilibriumArgs {
     /// What computes the network: ndarray; flex, wgpu or cuda where built with that cargo feature.
     #[arg(long, default_value_t = Backend::default())]
     backend: Backend,
-    /// The weights to write; until the training is done its state is in FILE.state [default: trained/equilibrium.safetensors, or
-    /// trained/branched.safetensors].
+    /// The weights to write, with the command and its core-seconds in FILE.toml; until the training is done its state is in
+    /// FILE.state [default: trained/equilibrium.safetensors, or trained/branched.safetensors].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Replace weights that are there already.
@@ -174,11 +175,14 @@ fn learn<S: Subject>(args: &EquilibriumArgs) -> Result<Outcome> {
         "{}; of {VALIDATION} other queries: median error {median:.4} rad, mean {mean:.4} rad, above 0.2 rad {far:.1} %, right class {class:.1} %",
         course.command()
     );
-    let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &training, course.core_seconds())?;
-    export::write_atomically(&out, |out| std::io::Write::write_all(out, &bytes)).context("--out")?;
+    let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &training)?;
+    let card = with_ending(&out, ".toml");
+    for (file, bytes) in [(&card, course.card().as_bytes()), (&out, &bytes)] {
+        export::write_atomically(file, |file| std::io::Write::write_all(file, bytes)).context("--out")?;
+    }
     std::fs::remove_file(&state).context("--out")?;
     if !args.quiet {
-        terminal::print(format_args!("wrote {}", out.display()))?;
+        terminal::print(format_args!("wrote {} and {}", out.display(), card.display()))?;
     }
     Ok(Outcome::Done)
 }
@@ -286,9 +290,11 @@ impl<'a, S: Subject> Course<'a, S> {
         settings.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
-    /// For how long cores have worked for it [s]; `None` where the system does not tell.
-    fn core_seconds(&self) -> Option<f64> {
-        process_time().map(|now| (Duration::from_millis(self.before) + now).as_secs_f64())
+    /// What stands beside the weights: the command, and for how many seconds cores have worked for it, where the system tells.
+    fn card(&self) -> String {
+        let seconds = process_time().map(|now| (Duration::from_millis(self.before) + now).as_secs_f64());
+        let seconds = seconds.map_or(String::new(), |seconds| format!("core_seconds = {seconds:.1}\n"));
+        format!("command = \"{}\"\n{seconds}", self.command())
     }
 
     fn save(&self, file: &Path) -> Result<()> {
@@ -324,12 +330,4 @@ impl<'a, S: Subject> Course<'a, S> {
         }
         Ok(())
     }
-}
-
-/// For how long all threads of this program have run; `None` where the system does not tell.
-fn process_time() -> Option<Duration> {
-    #[cfg(unix)]
-    return rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime).try_into().ok();
-    #[cfg(not(unix))]
-    None
 }

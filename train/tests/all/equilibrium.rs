@@ -28,6 +28,10 @@ fn branched_cables_are_learned_alike_on_any_number_of_threads() {
         std::fs::read(out).unwrap()
     });
     assert!(weights[0] == weights[1]);
+    // Times are no part of the weights: they stand beside them.
+    let card = std::fs::read_to_string(format!("{}.toml", one.display())).unwrap();
+    let seconds = card.lines().find_map(|line| line.strip_prefix("core_seconds = ")).unwrap();
+    assert!(seconds.parse::<f64>().unwrap() > 0.0, "{card}");
     assert!(Perceptron::from_bytes(&weights[0], branched::canonical::INPUTS, branched::learned::OUTPUTS).is_ok());
 }
 

@@ -5,7 +5,7 @@ use equilibria::{Answer, Answers, Cut, Params, ParamsError, Problem, Scaled, Sea
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
-use crate::precision::clock::thread_time;
+use crate::clock::thread_time;
 
 /// Queries that are timed together.
 const CHUNK: usize = 250;

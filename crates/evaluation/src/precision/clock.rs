@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use crate::clock::thread_time;
 use crate::guesses::Spread;
 
 /// What `f` returns, and the share of the wall's time in which this thread ran meanwhile; 1 where it is not known, or where
@@ -13,14 +14,6 @@ pub(super) fn with_share<T>(f: impl FnOnce() -> T) -> (T, f64) {
     let is_known = rayon::current_num_threads() == 1 && wall > 0.0;
     let own = own.zip(thread_time()).filter(|_| is_known);
     (value, own.map_or(1.0, |(before, now)| ((now - before).as_secs_f64() / wall).min(1.0)))
-}
-
-/// For how long this thread has run; `None` where the system does not tell.
-pub(crate) fn thread_time() -> Option<Duration> {
-    #[cfg(unix)]
-    return rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime).try_into().ok();
-    #[cfg(not(unix))]
-    None
 }
 
 /// Time of a run, in units of `unit` [s], by the times [s] of its turns: a list a repetition, all of them complete; `None`

@@ -20,7 +20,7 @@
 //! At the exact reference's time step the second kind of error is mostly that of implicit Euler, the same for all ways.
 //! [`Level::substeps`] make it a choice: a way's curve against the converged reference then says what accuracy costs.
 
-pub(crate) mod clock;
+mod clock;
 pub mod curve;
 pub mod level;
 pub mod metrics;
