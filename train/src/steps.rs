@@ -17,7 +17,7 @@ use cosserat::internals::jointed::linear::LinearSolver;
 use cosserat::internals::kernels::Spatial;
 use cosserat::scene::Scene;
 use cosserat::simulation::{
-    Counters, Formulation, Integrator, Settings, Simulation, SimulationError, SolverKind, Status, StepParams,
+    Counters, Formulation, Integrator, Settings, Simulation, SimulationError, SolverKind, Status, StepParams, Tangent,
 };
 use dataset::{Config, Scenario};
 use graph::{Graph, planar_normal};
@@ -30,6 +30,7 @@ pub(crate) const TOLERANCES: [f64; 2] = [1e-3, 1e-6];
 /// How tightly a step is solved to be learned from.
 const TIGHT: StepParams = StepParams {
     formulation: Formulation::Newton,
+    tangent: Tangent::Positive,
     integrator: Integrator::Euler,
     relative_tolerance: 1e-8,
     motion_tolerance: 1e-8,
@@ -83,6 +84,7 @@ impl Trajectory {
     pub(crate) fn simulation(&self, guess: GuessFactory<'_>) -> Result<Simulation, SimulationError> {
         let mut settings = Settings::default();
         (settings.step.formulation, settings.step.integrator) = (Formulation::Newton, Integrator::Euler);
+        settings.step.tangent = Tangent::Positive;
         (settings.step.relative_tolerance, settings.step.motion_tolerance) = (self.tolerance, self.tolerance);
         Simulation::new(&self.scene.model, &self.scene.state, &settings, Some(guess))
     }

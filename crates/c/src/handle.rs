@@ -7,7 +7,7 @@ use cosserat::assembly::Load;
 use cosserat::guess::choose;
 use cosserat::motion::{Driven, Interpolation, Keyframe, Motion, Reaction, Wrench};
 use cosserat::scene::{self, Scene};
-use cosserat::simulation::{self, ContactForce, Settings, Simulation, Status, StepParams, Tangent, contact_wrenches};
+use cosserat::simulation::{self, ContactForce, Settings, Simulation, Status, StepParams, contact_wrenches};
 use cosserat::state::{Body, JointForce, Model, Pose, State};
 use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -354,7 +354,7 @@ impl Handle {
 /// How to step a scene, with the names that are given.
 fn params([formulation, integrator]: [Option<&str>; 2], scene: &Scene) -> Result<StepParams, Failure> {
     let integrator_of_scene = scene.run.integrator.unwrap_or_default();
-    let own = StepParams { tangent: Tangent::Auto, integrator: integrator_of_scene, ..StepParams::default() };
+    let own = StepParams { integrator: integrator_of_scene, ..StepParams::default() };
     let wrong = |name: &str, expected: String| Failure::input(format!("{name:?}: {expected}"));
     let formulation = formulation.map_or(Ok(own.formulation), |name| name.parse().map_err(|e| wrong(name, e)))?;
     let integrator = integrator.map_or(Ok(own.integrator), |name| name.parse().map_err(|e| wrong(name, e)))?;

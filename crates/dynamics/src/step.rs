@@ -14,8 +14,7 @@ use crate::formulation::{ContactProjection, Formulation, Tangent};
 pub struct StepParams {
     /// Equations to solve.
     pub formulation: Formulation,
-    /// Matrix of formulation `newton`. The default is the positive one, with which rods stay in lanes where one is held that
-    /// others are not; programs take [`Tangent::Auto`].
+    /// Matrix of formulation `newton`. With the positive one rods stay in lanes where one is held that others are not.
     pub tangent: Tangent,
     /// How the motion goes on from step to step.
     pub integrator: Integrator,
@@ -48,7 +47,7 @@ impl StepParams {
     /// Those that a simulation has unless told otherwise.
     pub const DEFAULT: Self = Self {
         formulation: Formulation::Newton,
-        tangent: Tangent::Positive,
+        tangent: Tangent::Auto,
         integrator: Integrator::Bdf2,
         relative_tolerance: 1e-6,
         motion_tolerance: 1e-3,

@@ -20,6 +20,12 @@ pub(crate) trait Steps {
     /// Takes the last attempt back.
     fn roll_back(&mut self);
 
+    /// Whether there is an impact in the last attempt, which is solved by a rule of second order: that goes on with velocities from before it, so
+    /// that forces of 9/4 of the impulse would be reported. The step is then to be done again by Euler's rule.
+    fn has_impact(&self) -> bool {
+        false
+    }
+
     /// Breaks the joints that bear too much at the end of the last attempt, which is solved: one of each set. Whether there are any; the step is
     /// then to be done again.
     fn break_joints(&mut self) -> bool {
@@ -62,6 +68,11 @@ pub(crate) fn advance_whole(
     if sets.is_guessed() && status != Status::Converged {
         sets.count_dropped();
         sets.roll_back();
+        status = sets.attempt(interval, params, false, is_last);
+    }
+    if status == Status::Converged && sets.has_impact() {
+        sets.roll_back();
+        sets.restart();
         status = sets.attempt(interval, params, false, is_last);
     }
     while status == Status::Converged && sets.break_joints() {

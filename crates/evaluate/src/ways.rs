@@ -3,9 +3,7 @@
 use catalogue::{GuessName, Row, learned_start, rows};
 use cosserat::guess::{self, GuessKind};
 use cosserat::scene::Scene;
-use cosserat::simulation::{
-    CgParams, Formulation, Integrator, PreconditionerKind, Settings, SolverKind, StepParams, Tangent,
-};
+use cosserat::simulation::{CgParams, Formulation, Integrator, PreconditionerKind, Settings, SolverKind, StepParams};
 use evaluation::precision::{Start, Way};
 use graph::planar_normal;
 
@@ -33,7 +31,7 @@ pub(crate) mod kinds {
 }
 
 /// How steps are solved, but for the formulation: by Euler's rule, from whose steps guesses have learned.
-const STEP: StepParams = StepParams { tangent: Tangent::Auto, integrator: Integrator::Euler, ..StepParams::DEFAULT };
+const STEP: StepParams = StepParams { integrator: Integrator::Euler, ..StepParams::DEFAULT };
 
 /// The ways of a scene with these learned guesses; of a quick report the most telling ones.
 pub(crate) fn ways<'a>(scene: &Scene, guesses: &'a Guesses, size: Size) -> Vec<Way<'a>> {

@@ -15,9 +15,7 @@ pub mod cases;
 use cases::Frame;
 use cosserat::guess;
 use cosserat::scene::{self, Scene};
-use cosserat::simulation::{
-    Formulation, Integrator, Settings, Simulation, SimulationError, Status, StepParams, Tangent,
-};
+use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, SimulationError, Status, StepParams};
 use cosserat::state::JointForce;
 use serde::{Deserialize, Serialize};
 
@@ -80,7 +78,7 @@ pub struct Point {
 
 /// The settings of a formulation with an integrator: all but these two as `simulate` has them by default.
 pub fn settings(formulation: Formulation, integrator: Integrator) -> Settings {
-    let step = StepParams { formulation, integrator, tangent: Tangent::Auto, ..StepParams::default() };
+    let step = StepParams { formulation, integrator, ..StepParams::default() };
     Settings { step, ..Settings::default() }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use cosserat::simulation::{Formulation, Integrator, Settings, SolverKind, StepParams, Tangent};
+use cosserat::simulation::{Formulation, Integrator, Settings, SolverKind, StepParams};
 use thiserror::Error;
 
 /// Formulation, integrator and linear solver of a run.
@@ -30,7 +30,6 @@ impl Method {
                 integrator,
                 relative_tolerance: TOLERANCE,
                 motion_tolerance: TOLERANCE,
-                tangent: Tangent::Auto,
                 ..StepParams::DEFAULT
             },
             solver,

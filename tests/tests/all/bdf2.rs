@@ -6,7 +6,7 @@ use cosserat::assembly::{
     shape,
 };
 use cosserat::scene;
-use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, Status, StepParams, Tangent};
+use cosserat::simulation::{Formulation, Integrator, Settings, Simulation, Status, StepParams};
 use cosserat::state::{Model, Pose, State, measure};
 use nalgebra::{Complex, UnitQuaternion, Vector3};
 
@@ -432,9 +432,7 @@ fn turning(rate: f64, length: f64, dt: f64, rest: &str) -> scene::Scene {
 
 /// The state after so long [s] with the settings that programs have by default.
 fn by_default(scene: &scene::Scene, duration: f64) -> State {
-    let settings =
-        Settings { step: StepParams { tangent: Tangent::Auto, ..StepParams::DEFAULT }, ..Settings::default() };
-    run(&scene.model, &scene.state, &settings, scene.run.dt, (duration / scene.run.dt).round() as usize).1
+    run(&scene.model, &scene.state, &Settings::default(), scene.run.dt, (duration / scene.run.dt).round() as usize).1
 }
 
 /// Euler's rule leaves 2.6 m/s of 4.9 at 20 ms.

@@ -53,6 +53,11 @@ impl<T: Real> Component<T> {
         self.multistep.as_ref().is_none_or(|steps| all(steps))
     }
 
+    /// Whether the step under way goes on from those before, in a lane.
+    pub fn is_of_second_order(&self, lane: usize) -> bool {
+        self.multistep.as_ref().is_some_and(|steps| steps.rest().lane(lane) > 0.0)
+    }
+
     /// Says whether the steps to come are of Euler's rule, whatever is known of those before.
     pub fn hold_back(&mut self, held_back: bool) {
         if let Some(steps) = &mut self.multistep {
@@ -167,14 +172,6 @@ impl<T: Real> Component<T> {
         if let Some(steps) = &mut self.multistep {
             steps.goes_on.set_lane(lane, steps.goes_on.lane(lane).min(-1.0));
         }
-    }
-
-    /// By how much gravity alone changes the mean velocity of a body in the step under way of that at its start [m/s]: by that in its middle, or
-    /// by that at its end in a step of Euler's rule.
-    pub fn fall(&self, body: usize, lane: usize) -> Vec3<f64> {
-        let is_of_second_order = self.multistep.as_ref().is_some_and(|steps| steps.rest().lane(lane) > 0.0);
-        let share = if is_of_second_order { 0.5 } else { 1.0 };
-        pick(self.gravity * self.bodies[body].free, lane) * (share * self.dt)
     }
 
     /// Velocity of a segment at the end of the last step, or given since [m/s].

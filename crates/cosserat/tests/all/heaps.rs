@@ -65,7 +65,9 @@ fn the_ground_bears_a_heap_and_no_cable_is_in_another() {
 #[test]
 fn a_falling_heap_gains_no_energy() {
     let scene = cosserat::scene::builtin("heap-20").unwrap();
-    let start = measure::energy(&scene.model, &scene.state).total();
+    // Rigid joints have no energy: what is left of their gaps within the tolerance would have some at 1e10 N/m.
+    let without_gaps = |energy: &measure::Energy| energy.total() - energy.stretch;
+    let start = without_gaps(&measure::energy(&scene.model, &scene.state));
     for dt in [0.0097, 0.01085, 0.0109] {
         let mut simulation = Simulation::new(&scene.model, &scene.state, &Settings::default(), None).unwrap();
         let (mut state, mut before) = (scene.state.clone(), start);
@@ -74,8 +76,9 @@ fn a_falling_heap_gains_no_energy() {
             assert!(report.status <= Status::ConvergedInSubsteps, "step {step} of {dt} s: {:?}", report.status);
             simulation.store(&mut state);
             let energy = measure::energy(&scene.model, &state);
-            assert!(energy.total() < before + 0.05 * energy.kinetic, "step {step} of {dt} s: {before} {energy:?}");
-            before = energy.total();
+            let now = without_gaps(&energy);
+            assert!(now < before + 0.05 * energy.kinetic, "step {step} of {dt} s: {before} {energy:?}");
+            before = now;
         }
         assert!(before < 0.6 * start, "{dt} s: {before} of {start} J");
     }

@@ -17,7 +17,10 @@ fn colliding_rods_gain_no_energy() {
     for (i, v) in state.velocities.iter_mut().enumerate() {
         *v = if first.contains(&i) { Vector3::new(0.0, 0.3, 5.0) } else { Vector3::new(0.2, 0.0, -10.0) };
     }
-    for (restitution, dt) in [(0.0, 0.01), (0.5, 0.002), (0.5, 0.005), (0.5, 0.01)] {
+    // Where three contacts of tips that whip bounce at once, a full restitution still wins 2.9 % in a step.
+    for (restitution, dt, allowed) in
+        [(0.0, 0.01, 1e-3), (0.5, 0.002, 1e-3), (0.5, 0.005, 1e-3), (0.5, 0.01, 1e-3), (0.9, 0.001, 0.03)]
+    {
         model.contacts.between_segments = Some(Surface { friction: Friction::new(0.4), restitution });
         for integrator in Integrator::ALL {
             let mut settings = Settings::default();
@@ -38,7 +41,7 @@ fn colliding_rods_gain_no_energy() {
                 "restitution {restitution}, {dt} s, {integrator}: at most {highest:.4} of the step before, {kept:.3} kept, {retries} halved"
             );
             assert!(simulation.counters().contact_solves > 0);
-            assert!(highest < 1.02 && kept < 1.0, "{highest} {kept}");
+            assert!(highest < 1.0 + allowed && kept < 1.0, "{highest} {kept}");
         }
     }
 }
@@ -77,5 +80,36 @@ fn bounces_gain_no_energy() {
             // Steps after an impact are of Euler's rule.
             assert!(kept > 0.095, "{kept}");
         }
+    }
+}
+
+/// A stick falls flat on a plane, and stays there or leaves it: what the plane bears is what the stick's momentum changes by.
+#[test]
+fn an_impact_bears_the_momentum_that_it_takes() {
+    for (restitution, integrator) in [0.0, 0.5].into_iter().flat_map(|r| Integrator::ALL.map(|rule| (r, rule))) {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        let wood = Material { youngs_modulus: 1e9, torsion_modulus: 4e8, density: 600.0 };
+        assembly.rod(&RodSpec::new(shape::straight(Vector3::zeros(), Vector3::x(), 0.3, 3), 0.01, wood));
+        let (mut model, mut state) = assembly.finish();
+        state.velocities.iter_mut().for_each(|v| *v = -Vector3::z());
+        let shape = ObstacleShape::HalfSpace { point: Vector3::z() * -0.11, normal: Unit::new_normalize(Vector3::z()) };
+        let surface = Surface { friction: Friction::new(0.0), restitution };
+        model.contacts.obstacles = vec![Obstacle::new(shape, surface)];
+        let mut settings = Settings::default();
+        settings.step.integrator = integrator;
+        let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+        let mass: f64 = model.segments.iter().map(|segment| segment.mass()).sum();
+        let momentum = |state: &State| measure::linear_momentum(&model, state).z;
+        let (before, dt) = (momentum(&state), 0.006);
+        let (mut impulse, mut forces) = (0.0, Vec::new());
+        for _ in 0..40 {
+            simulation.step(dt).unwrap();
+            simulation.store_contact_forces(&mut forces);
+            impulse += forces.iter().map(|contact| contact.force.z).sum::<f64>() * dt;
+        }
+        simulation.store(&mut state);
+        let gained = momentum(&state) - before;
+        println!("restitution {restitution}, {integrator}: {gained:.5} N s of {mass:.5}, {impulse:.5} borne");
+        assert!((impulse / gained - 1.0).abs() < 1e-3, "{impulse} {gained}");
     }
 }

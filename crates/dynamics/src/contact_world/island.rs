@@ -104,6 +104,14 @@ impl Island<'_> {
         self.with_stage(|stage, shared, sets, counters| stage.find_part(shared, interval, sets, counters));
     }
 
+    /// Contacts at the start of a step whose prediction is made.
+    fn begin_contacts(&mut self, params: &StepParams) {
+        let guessed = self.is_guessed();
+        self.with_stage(|stage, shared, sets, counters| {
+            stage.begin(shared, sets, (guessed, params.formulation), counters)
+        });
+    }
+
     /// An outer iteration in which contacts see how the rods answer them: the rods' solution, the contacts' impulses with
     /// the rods' answer to them, and the solution with both.
     fn couple(
@@ -117,6 +125,9 @@ impl Island<'_> {
         self.project(iteration, formulation);
         let solved = self.with_stage(|stage, shared, sets, counters| {
             stage.keep_corrections(shared, sets, formulation);
+            if iteration == 0 {
+                stage.limit_bounces(shared, sets);
+            }
             if iteration == 0 && !guessed && stage.is_far(shared, sets) {
                 // The prediction knows nothing of joints; contacts are looked at where the rods take the segments, pressed as
                 // they were in the step before.
@@ -166,6 +177,9 @@ impl Island<'_> {
         self.observe(params, iteration);
         let solved = self.with_stage(|stage, shared, sets, counters| {
             stage.keep_corrections(shared, sets, Formulation::Xpbd);
+            if iteration == 0 {
+                stage.limit_bounces(shared, sets);
+            }
             stage.solve(shared, sets, (contact, params.contact_tolerance), counters)
         });
         self.mark_pushed();
@@ -266,6 +280,11 @@ impl Island<'_> {
         }
     }
 
+    /// Whether the attempt under way goes on from the steps before.
+    fn is_of_second_order(&self) -> bool {
+        self.sets.iter().any(|set| set.component.is_of_second_order(0))
+    }
+
     /// Works on the contacts, on the clock of their stage.
     fn with_stage<R>(
         &mut self,
@@ -325,11 +344,21 @@ impl Steps for Island<'_> {
         if !std::mem::take(&mut self.workspace.is_begun) {
             self.begin(interval, params, guessing);
         }
+        self.begin_contacts(params);
+        let is_other = self.is_guessed() || self.is_of_second_order();
+        if self.stage.bounces() && is_other {
+            // A rule of second order would go on with velocities that an impact has turned round, and a guess hides how fast bodies
+            // would arrive.
+            if self.is_guessed() {
+                self.count_dropped();
+            }
+            self.restart();
+            self.roll_back();
+            self.begin(interval, params, false);
+            self.begin_contacts(params);
+        }
         let guessed = self.is_guessed();
         self.sets.iter_mut().filter_map(|set| set.exact.as_mut()).for_each(|exact| exact.begin_attempt());
-        self.with_stage(|stage, shared, sets, counters| {
-            stage.begin(shared, sets, (guessed, params.formulation), counters)
-        });
         let mut contact = self.observe(params, 0);
         self.each(|set| {
             set.attempt.target = set.attempt.target.max(params.contact.joint_tolerance * params.contact_tolerance);
@@ -399,6 +428,11 @@ impl Steps for Island<'_> {
             set.component.pushed.fill(Spatial::zero());
         }
         self.stage.roll_back();
+    }
+
+    fn has_impact(&self) -> bool {
+        let hits = |set: &ConnectedSet| set.component.eyelet_hits();
+        self.is_of_second_order() && (self.stage.has_impact() || self.sets.iter().any(hits))
     }
 
     fn break_joints(&mut self) -> bool {

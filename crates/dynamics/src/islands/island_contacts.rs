@@ -35,6 +35,18 @@ use crate::step::Interval;
 /// touch in the second.
 const IMPACT: u32 = 2;
 
+/// A contact whose bodies meet fast in a step, and are to part again.
+struct Bounce {
+    /// Among the contacts.
+    index: usize,
+    /// The gap to keep without it [m], and the gap at the start of the step [m].
+    from: f64,
+    gap: f64,
+    /// How fast they meet at the start of the step [m/s].
+    speed: f64,
+    restitution: f64,
+}
+
 /// All contacts of an island, and the memory to solve them.
 #[derive(Default)]
 pub(crate) struct IslandContacts {
@@ -63,6 +75,8 @@ pub(crate) struct IslandContacts {
     hysteresis: f64,
     /// Whether a momentum residual brings bodies after impulses that turn.
     corrects: bool,
+    /// Contacts whose bodies meet fast in the step under way, and are to part again.
+    bounces: Vec<Bounce>,
     /// Time step [s]; 0 before the first.
     dt: f64,
     /// The time by whose square impulses are forces [s]: see [`Component::effective_dt`].
@@ -152,9 +166,15 @@ impl IslandContacts {
         if shared.detector.allows_overlap() {
             self.let_overlaps_out(shared);
         }
+        self.bounces.clear();
         if shared.detector.bounces() {
-            self.bounce(shared, components);
+            self.find_bounces(shared, components);
         }
+    }
+
+    /// Whether bodies meet fast in the step that has begun, and are to part again.
+    pub(crate) fn bounces(&self) -> bool {
+        !self.bounces.is_empty()
     }
 
     /// Chooses the coefficients of friction of a step for contacts that have none yet.
@@ -277,24 +297,24 @@ impl IslandContacts {
         counters.contacts_left_out += left_out;
     }
 
-    /// Raises the gap to keep of contacts that meet fast, so that they part again: as if they turned round as the step begins and gravity acted
-    /// on what leaves, so that no energy is won.
-    fn bounce(&mut self, shared: &Shared, components: &Sets<'_>) {
+    /// Notes the contacts that meet fast, and raises the gap that they keep, so that they part again: as if they turned round as the
+    /// step begins.
+    fn find_bounces(&mut self, shared: &Shared, components: &Sets<'_>) {
         let world = shared.detector.world(&self.search);
-        for contact in &mut self.contacts {
+        for (index, contact) in self.contacts.iter_mut().enumerate() {
             let Surface { restitution, .. } = shared.detector.surface(contact.key.1);
             if restitution == 0.0 {
                 continue;
             }
-            let relative = |of: fn(&Component<f64>, usize) -> Vec3<f64>| {
-                let linear = |i: u32| {
-                    let shape = &world.shapes[i as usize];
-                    of(&components[shape.component as usize].component, shape.body as usize)
-                };
-                contact.relative(|i| Spatial { linear: linear(i), angular: Vec3::zero() }).dot(contact.normal)
-            };
             // A step of second order knows velocities at its start beside those over the step before.
-            let late = relative(|component, body| component.velocity(body, 0) - component.velocities[body].linear);
+            let late = |i: u32| {
+                let shape = &world.shapes[i as usize];
+                let (component, body) = (&components[shape.component as usize].component, shape.body as usize);
+                Spatial {
+                    linear: component.velocity(body, 0) - component.velocities[body].linear,
+                    angular: Vec3::zero(),
+                }
+            };
             // An obstacle whose velocity changes meets with that over the step, which is the one that its work is done at.
             let obstacle = contact.key.1.obstacle().map(|i| &world.obstacles[i as usize]);
             let mean = obstacle.and_then(|obstacle| {
@@ -302,13 +322,26 @@ impl IslandContacts {
                 Some(obstacle.way_of(arm) * (1.0 / self.dt) - obstacle.velocity_at(arm)?)
             });
             let meets = meeting(contact, &world, components) - mean.unwrap_or(Vec3::zero());
-            let speed = -meets.dot(contact.normal) - late;
+            let speed = -(meets + contact.relative(late)).dot(contact.normal);
             if speed > shared.slow * self.dt && contact.gap < speed * self.dt {
                 // An overlap that is let out must not leave at once.
                 let from = if contact.target < 0.0 { contact.target } else { contact.gap.max(0.0) };
-                let fall = relative(|component, body| component.fall(body, 0));
-                contact.target = from + (restitution * speed + fall).max(0.0) * self.dt;
+                contact.target = from + restitution * speed * self.dt;
+                self.bounces.push(Bounce { index, from, gap: contact.gap, speed, restitution });
             }
+        }
+    }
+
+    /// Lets bodies part no faster than is possible without a gain of energy, from the rods' own solution of the step: forces that press bodies on
+    /// while they meet act on what leaves, and of bodies that their rods slow down on the way as much is given back as they arrive with.
+    pub(crate) fn limit_bounces(&mut self, shared: &Shared, components: &Sets<'_>) {
+        let shapes = shared.detector.shapes();
+        for bounce in &self.bounces {
+            let contact = &mut self.contacts[bounce.index];
+            let way = contact.relative(|i| correction(components, &shapes[i as usize])).dot(contact.normal);
+            let arrives = (bounce.gap - contact.gap - way) / self.dt;
+            let leaves = bounce.restitution * bounce.speed.min(arrives) - (arrives - bounce.speed).max(0.0);
+            contact.target = bounce.from + leaves.max(0.0) * self.dt;
         }
     }
 
@@ -407,15 +440,23 @@ impl IslandContacts {
         self.active.iter().flat_map(move |&k| components_of(&self.contacts[k as usize], shapes)).flatten()
     }
 
+    /// Whether there is an impact in the step as it is.
+    pub(crate) fn has_impact(&self) -> bool {
+        let pressed = |contact: &Contact| match contact.pressed < IMPACT && !self.pressed.is_empty() {
+            true => contact.pressed.max(warm_start::before(&self.pressed, contact)),
+            false => contact.pressed,
+        };
+        self.contacts.iter().any(|contact| contact.impulse != Vec3::zero() && pressed(contact) < IMPACT)
+    }
+
     /// Ends a step that is accepted; returns whether there was an impact in it.
     pub(crate) fn end_step(&mut self, shared: &Shared) -> bool {
-        let mut impact = false;
+        let impact = self.has_impact();
         for contact in &mut self.contacts {
             let presses = contact.impulse != Vec3::zero();
             if presses && contact.pressed < IMPACT && !self.pressed.is_empty() {
                 contact.pressed = contact.pressed.max(warm_start::before(&self.pressed, contact));
             }
-            impact |= presses && contact.pressed < IMPACT;
             contact.pressed = if presses { contact.pressed.saturating_add(1) } else { 0 };
             contact.slips_at[1] = contact.slips_at[0];
         }

@@ -1,7 +1,7 @@
 //! Predictions in the place of the constraint projection.
 
 use component::{Component, Members};
-use dynamics::formulation::{ContactProjection, Formulation};
+use dynamics::formulation::{ContactProjection, Formulation, Tangent};
 use dynamics::projection::Projection;
 use dynamics::simulation::{Settings, Simulation};
 use dynamics::step::{Status, StepParams};
@@ -56,7 +56,16 @@ fn end_to_end(model: &Model, state: &State, params: &StepParams, scale: f64, wro
 }
 
 fn params(formulation: Formulation, max_iterations: usize) -> StepParams {
-    StepParams { formulation, integrator: Integrator::Euler, max_iterations, max_halvings: 0, ..StepParams::default() }
+    // Predictions stand in for solves with the positive matrix.
+    let tangent = Tangent::Positive;
+    StepParams {
+        formulation,
+        tangent,
+        integrator: Integrator::Euler,
+        max_iterations,
+        max_halvings: 0,
+        ..StepParams::default()
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ mod contact;
 use std::time::Instant;
 
 use cosserat::guess::GuessFactory;
-use cosserat::simulation::{Formulation, Settings, Simulation, SimulationError, Status, StepParams, Tangent};
+use cosserat::simulation::{Formulation, Settings, Simulation, SimulationError, Status, StepParams};
 use cosserat::state::{Model, measure};
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +62,6 @@ pub fn settings(formulation: Formulation) -> Settings {
     let [relative_tolerance, absolute_tolerance] = [RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE];
     let step = StepParams {
         formulation,
-        tangent: Tangent::Auto,
         relative_tolerance,
         motion_tolerance: relative_tolerance,
         absolute_tolerance,

@@ -187,7 +187,7 @@ fn check(case: &Case, integrator: Integrator) {
     let variations: Vec<Variation> = directions.iter().map(|(_, variation)| variation.clone()).collect();
     let mut forward = Forward::new(&case.model, &case.state, &settings(integrator, 200), &variations).unwrap();
     let carried = carried(&mut forward, &case.model, DT, &weights);
-    for ((what, variation), [carried, _]) in directions.iter().zip(carried) {
+    for ((what, variation), carried) in directions.iter().zip(carried) {
         let expected = of_second_order(STEP, |share| {
             reading(&run(case, integrator, Some((variation, share)), usize::MAX).1, &weights, &states)
         });
