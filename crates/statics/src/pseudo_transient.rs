@@ -19,6 +19,9 @@ const GOOD_TURN: f64 = 0.3;
 const QUIET_STEPS: usize = 5;
 /// Turns up to this many are rounding errors [rad], and no swinging: a model may begin at rest.
 const ROUNDING: f64 = 1e-13;
+/// Share of its yield moment by which a joint with a law may miss its moment where a step counts as swinging: a joint that begins to yield
+/// brings segments back, too, however short the step. Loops by Masing's rule end unsolved without it.
+const OF_MOMENT: f64 = 1e-3;
 /// Pseudo time steps longer than this many first ones bring nothing but rounding errors.
 const LONGEST: f64 = 1e6;
 
@@ -76,7 +79,7 @@ pub(super) fn relax(
             report.converged = dt >= params.first_dt;
             break;
         }
-        if step.swings {
+        if step.swings && component.missed_by_laws() <= OF_MOMENT {
             longest = 0.25 * dt;
         }
         dt = (dt * (GOOD_TURN / step.turn.max(1e-300)).clamp(0.5, 4.0)).min(longest);
