@@ -9,6 +9,7 @@
 //!
 //! So solvers see a compliance, full in the frame of the rows, that is made anew in each evaluation. Residuals are measured with the
 //! elastic compliance, which does not change as joints begin to yield. Internal variables are those of the step's start until it is accepted.
+//! An equilibrium is the end of a step without an end; modes swing about it with what joints answer suddenly ([`Pace`]).
 //! Sets with such joints are never in lanes.
 
 mod step;
@@ -41,10 +42,23 @@ struct Inelastic {
     start: Vector3<f64>,
 }
 
+/// How fast strains change, as laws see it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Pace {
+    /// Within the step under way.
+    #[default]
+    Step,
+    /// Infinitely slowly: what relaxes has done so, and inner damping takes nothing.
+    Slow,
+    /// At once: nothing flows, slips or relaxes.
+    Sudden,
+}
+
 /// The joints with laws of a component.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Laws {
     all: Vec<Inelastic>,
+    pace: Pace,
     /// Per joint: its place in `all`; empty where no joint has a law.
     of_joint: Vec<Option<u32>>,
     /// The largest [`JointLaw::missed`] of the last evaluation.
@@ -113,12 +127,24 @@ impl Laws {
         [dt, effective]: [f64; 2],
     ) -> LawRows<T> {
         let own = &self.all[self.of_joint[k].map_or(0, |own| own as usize)];
-        let length = length.lane(0);
+        let (length, pace) = (length.lane(0), self.pace);
         let at = [pick(strain, 0).0.into(), pick(lambda, 0).0.into()];
-        let ([residual, measure, diagonal, couplings], missed) = own.linearised(at, length, [dt, effective]);
+        let ([residual, measure, diagonal, couplings], missed) = own.linearised(at, length, [pace.over(dt), effective]);
         self.missed = self.missed.max(missed);
         let [residual, measure] = [residual, measure].map(|v| Vec3(v.map(T::splat)));
         LawRows { residual, measure, diagonal, couplings }
+    }
+}
+
+impl Pace {
+    /// How long the change takes in a step of `dt` [s].
+    #[inline(always)]
+    fn over(self, dt: f64) -> f64 {
+        match self {
+            Self::Step => dt,
+            Self::Slow => f64::INFINITY,
+            Self::Sudden => 0.0,
+        }
     }
 }
 
@@ -135,7 +161,7 @@ impl<T: Real> LawRows<T> {
 }
 
 impl Inelastic {
-    /// See [`LawRows`]; with it what [`JointLaw::missed`] says.
+    /// See [`LawRows`], of a change that takes `dt` [s], none where it is zero; with it what [`JointLaw::missed`] says.
     #[inline(never)]
     fn linearised(
         &self,
@@ -144,11 +170,19 @@ impl Inelastic {
         [dt, effective]: [f64; 2],
     ) -> ([[f64; 3]; 4], f64) {
         let scale = length * effective * effective;
-        let viscous = self.stiffness.component_mul(&self.damping) / dt;
+        let viscous = match dt > 0.0 {
+            true => self.stiffness.component_mul(&self.damping) / dt,
+            false => Vector3::zeros(),
+        };
         let damping = viscous.component_mul(&(strain - self.start));
         let transmitted = lambda / -scale - damping;
-        let at = self.law.resolve(&self.stiffness, [&strain, &transmitted], &self.at);
-        let Answer { moment, mut tangent } = self.law.answer(&self.stiffness, &at, &self.at, dt);
+        let (at, Answer { moment, mut tangent }) = match dt > 0.0 {
+            true => {
+                let at = self.law.resolve(&self.stiffness, [&strain, &transmitted], &self.at);
+                (at, self.law.answer(&self.stiffness, &at, &self.at, dt))
+            }
+            false => (strain, self.law.sudden(&self.stiffness, &strain, &self.at)),
+        };
         let own = moment + tangent * (strain - at);
         let off = self.law.missed(&own, &transmitted);
         let missed = (own - transmitted) * scale;

@@ -64,12 +64,33 @@ impl JointLaw {
     }
 
     /// What a joint of these elastic stiffnesses [N m^2] answers a `strain` [1/m] with, at the end of a step of `dt` [s] that began with `at`.
+    /// After an infinite one all that relaxes has done so.
     pub fn answer(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables, dt: f64) -> Answer {
         match self {
             Self::Plastic(own) => own.answer(stiffness, strain, at),
             Self::Friction(own) => own.answer(stiffness, strain, at),
             Self::Viscoelastic(branches) => maxwell::answer(branches, stiffness, strain, at, dt),
             Self::Tabulated(own) => own.answer(stiffness, strain, at),
+        }
+    }
+
+    /// What a joint answers a `strain` [1/m] with to which it goes from `at` without a flow, a slip or a relaxation: by the stiffness of unloading,
+    /// of strands that stick, and of all branches at once. A table goes on along its curve; by Masing's rule it turns there.
+    pub fn sudden(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> Answer {
+        match self {
+            Self::Plastic(own) => own.sudden(stiffness, strain, at),
+            Self::Friction(own) => own.sudden(stiffness, strain, at),
+            Self::Viscoelastic(branches) => maxwell::answer(branches, stiffness, strain, at, 0.0),
+            Self::Tabulated(own) => own.sudden(stiffness, strain, at),
+        }
+    }
+
+    /// The time of inner damping [s] that takes as much as what relaxes does, per cycle of a small vibration with the angular frequency `omega` [rad/s]:
+    /// `sum g_j t_j / (1 + (omega t_j)^2)`.
+    pub fn relaxing(&self, omega: f64) -> f64 {
+        match self {
+            Self::Viscoelastic(branches) => maxwell::relaxing(branches, omega),
+            Self::Plastic(_) | Self::Friction(_) | Self::Tabulated(_) => 0.0,
         }
     }
 

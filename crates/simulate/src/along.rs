@@ -16,6 +16,7 @@ use terminal::{Progress, say};
 use crate::at_rest::AtRest;
 use crate::cli::StaticArgs;
 use crate::files::PATH;
+use crate::inelastic::Inelastic;
 use crate::numbers::number;
 use crate::outcome::Outcome;
 use crate::sought::{Sought, begun, params, tell};
@@ -28,6 +29,9 @@ struct Report {
     end_time_s: f64,
     points: usize,
     events: Vec<Line>,
+    /// What joints have lost and kept on the way; missing where all are elastic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inelastic: Option<Inelastic>,
 }
 
 #[derive(Serialize)]
@@ -114,6 +118,7 @@ pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
         end_time_s,
         points: found.points,
         events: found.events.iter().map(line).collect(),
+        inelastic: Inelastic::of(&scene, &state),
     };
     let table = |directory: &Path| write_table(directory, &scene, &rows);
     let closed =
@@ -153,6 +158,9 @@ fn print(report: &Report) -> Result<()> {
     }
     if report.events.is_empty() {
         say!("no fold and no bifurcation")?;
+    }
+    if let Some(inelastic) = &report.inelastic {
+        say!("{inelastic}")?;
     }
     let end = number(report.end_time_s);
     match report.end {

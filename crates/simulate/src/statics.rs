@@ -12,6 +12,7 @@ use terminal::{Progress, say};
 
 use crate::at_rest::AtRest;
 use crate::cli::StaticArgs;
+use crate::inelastic::Inelastic;
 use crate::learned_start::{self, Begin};
 use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::outcome::Outcome;
@@ -48,6 +49,9 @@ struct Report {
     energy_end_j: f64,
     #[serde(skip)]
     energy_scale_j: f64,
+    /// What joints have lost and kept; missing where all are elastic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inelastic: Option<Inelastic>,
     /// Of what is driven, loads and gravity, in all frames.
     stands_at_s: f64,
     /// End face of the last segment of each rod [m].
@@ -117,6 +121,7 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
         energy_start_j: measure::energy(&scene.model, &scene.state).total(),
         energy_end_j: measure::energy(&scene.model, &state).total(),
         energy_scale_j: energy_scale(&scene.model, &state),
+        inelastic: Inelastic::of(&scene, &state),
         stands_at_s: 0.0,
         tips_m: scene.rods.iter().filter(|rod| !rod.segments.is_empty()).map(|rod| tip(&rod.segments)).collect(),
     };
@@ -164,6 +169,9 @@ fn print(report: &Report) -> Result<()> {
     let [start, end] = [report.energy_start_j, report.energy_end_j].map(|energy| number(unless_noise(energy, scale)));
     let place = if report.sought.converged { "at rest" } else { "where the search ended" };
     say!("energy: {start} J at the start, {end} J {place}")?;
+    if let Some(inelastic) = &report.inelastic {
+        say!("{inelastic}")?;
+    }
     let size = report.tips_m.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
     for (k, tip) in report.tips_m.iter().enumerate().take(10) {
         let [x, y, z] = tip.map(|x| number(unless_noise(x, size)));

@@ -17,7 +17,7 @@ use rod::{Model, State, measure};
 use super::balance::{Balance, Direction, Place};
 use super::contact::Contacts;
 use super::{StaticParams, StaticParamsError, is_windy, newton};
-use crate::error::{StaticError, only_elastic, unbreakable, without_contacts};
+use crate::error::{StaticError, only_elastic, unbreakable, without_contacts, without_eyelets};
 
 /// How equilibria are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,6 +87,7 @@ pub fn branches(model: &Model, state: &State, params: &BranchParams) -> Result<B
         return Err(StaticParamsError { name: "most", value: 0.0, allowed: "> 0" }.into());
     }
     only_elastic(model, "the search for several equilibria")?;
+    without_eyelets(model, "the search for several equilibria")?;
     unbreakable(model, "the search for several equilibria")?;
     without_contacts(model, "the search for several equilibria")?;
     if is_windy(model) {

@@ -82,11 +82,16 @@ pub enum StaticError {
     },
 }
 
-/// Refuses a model with rods that run through eyelets, or with joints that are not elastic, for `what`, which knows none.
+/// Refuses a model with joints that are not elastic for `what`, which knows none.
 pub(super) fn only_elastic(model: &Model, what: &'static str) -> Result<(), StaticError> {
-    if let Some(own) = model.laws.first() {
-        return Err(StaticError::Inelastic(what, own.joint));
+    match model.laws.first() {
+        None => Ok(()),
+        Some(own) => Err(StaticError::Inelastic(what, own.joint)),
     }
+}
+
+/// Refuses a model with rods that run through eyelets or over pulleys for `what`, which knows none.
+pub(super) fn without_eyelets(model: &Model, what: &'static str) -> Result<(), StaticError> {
     if !model.pulleys.is_empty() {
         return Err(StaticError::Pulleys(what));
     }

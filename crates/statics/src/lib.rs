@@ -37,6 +37,9 @@ const MOST_IN_WIND: usize = 300;
 
 /// Brings `state` to equilibrium; velocities are set to zero. Rods that lie in an obstacle come out of it.
 ///
+/// Joints with laws come there in one increment from the internal variables of `state`, infinitely slowly, so that those that relax have done
+/// so; the internal variables become those of the equilibrium.
+///
 /// What is driven stays where it is at time 0. Wind is that of time 0, gusts included; its drag follows the shape from step to
 /// step, so that slack rods in a strong wind may not come to rest here: let them settle in time instead.
 ///
@@ -47,7 +50,7 @@ const MOST_IN_WIND: usize = 300;
 pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> Result<StaticReport, StaticError> {
     model.validate(state)?;
     params.validate()?;
-    error::only_elastic(model, "static analysis")?;
+    error::without_eyelets(model, "static analysis")?;
     contact::refuse_unknown(model)?;
     state.velocities.fill(nalgebra::Vector3::zeros());
     state.angular_velocities.fill(nalgebra::Vector3::zeros());
@@ -59,6 +62,7 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
             let mut component = Component::new(model, state, topology.clone(), &[&members]);
             component.hold_still();
             component.stop_inner_damping();
+            component.change_laws_slowly();
             component
         };
         let mut component = still();
@@ -98,6 +102,9 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
         report.most_in_loop = report.most_in_loop.max(own.most_in_loop);
         report.movement = report.movement.max(own.movement);
         report.stable = report.stable.zip(own.stable).map(|(all, own)| all && own);
+        if own.converged {
+            component.end_laws();
+        }
         component.store_state(state, &members, 0);
         component.store_joint_forces(&mut report.forces, &members, 0);
     }

@@ -20,7 +20,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use rod::{Model, State};
 
 use self::krylov::{Field, Masses, Pair};
-use crate::error::{StaticError, only_elastic, without_contacts};
+use crate::error::{StaticError, without_contacts, without_eyelets};
 use crate::{StaticParams, StaticReport, equilibrium};
 
 /// A natural mode.
@@ -84,7 +84,8 @@ const REFINEMENTS: usize = 2;
 const ITERATIONS: usize = 3;
 
 /// The `count` lowest natural modes about the equilibrium to which [`equilibrium`] brings `state`. Drag is left out, and damping
-/// changes no frequency; a wind's force stays as it is at rest.
+/// changes no frequency; a wind's force stays as it is at rest. Joints with laws answer as [`rod::JointLaw::sudden`] says: small vibrations
+/// neither yield nor slip, and are too fast for joints to relax.
 ///
 /// # Errors
 /// As [`equilibrium`], and [`StaticError::Loops`] where rods form more than one loop, [`StaticError::Torques`] where
@@ -105,7 +106,7 @@ pub fn modes_telling(
     params: &StaticParams,
     tell: &mut dyn FnMut(usize) -> bool,
 ) -> Result<Modes, StaticError> {
-    only_elastic(model, "modal analysis")?;
+    without_eyelets(model, "modal analysis")?;
     without_contacts(model, "modal analysis")?;
     let equilibrium = equilibrium(model, state, params)?;
     let mut modes = Vec::new();
@@ -114,6 +115,7 @@ pub fn modes_telling(
         let mut component = Component::new(model, state, topology.clone(), &[&members]);
         component.hold_still();
         component.stop_inner_damping();
+        component.change_laws_suddenly();
         let solver = SolverKind::Direct.build(model, &members, &topology)?;
         if component.has_torques() {
             return Err(StaticError::Torques);

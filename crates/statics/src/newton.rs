@@ -29,8 +29,8 @@ const LARGEST_TURN: f64 = 2.0;
 const LARGEST_BEND: f64 = 1.0;
 /// A step that asks for this many times as much is not taken; a shorter one is scaled down.
 const FAR: f64 = 8.0;
-/// Turns up to this many of the largest are rounding errors.
-const ROUNDING: f64 = 1e-13;
+/// Turns up to this many [rad], and up to this many of the largest, are rounding errors.
+pub(super) const ROUNDING: f64 = 1e-13;
 /// Where steps this small do not shrink, what nothing resists drifts by rounding errors [segment lengths, rad].
 const DRIFT: f64 = 1e-6;
 /// Gap by which a step that is lengthened may miss [segment lengths].

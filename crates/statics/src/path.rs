@@ -15,7 +15,7 @@ use jointed::tangent::elimination::Elimination;
 use rod::{JointForce, Model, State};
 use tracer::{Found, Tracer};
 
-use crate::error::{StaticError, only_elastic, unbreakable, without_contacts};
+use crate::error::{StaticError, unbreakable, without_contacts, without_eyelets};
 use crate::{StaticReport, equilibrium, is_windy};
 
 pub use params::PathParams;
@@ -96,7 +96,8 @@ pub struct PathReport {
 
 /// Follows the equilibria of a model from that to which [`equilibrium`] brings `state` at time 0, along the model's motions,
 /// changing loads and changing gravity, on and back in time. `each` is told of every one in turn: where it is, and what its joints
-/// transmit; it returns whether to go on. Of the last one `state` is left.
+/// transmit; it returns whether to go on. Of the last one `state` is left. Joints with laws go from each equilibrium to the next in one
+/// increment, infinitely slowly: the path loads them, and unloads them.
 ///
 /// # Errors
 /// If the model, the state or a parameter is not valid, and [`StaticError::Path`] if nothing changes over time, if sets of
@@ -110,7 +111,7 @@ pub fn path(
 ) -> Result<PathReport, StaticError> {
     model.validate(state)?;
     params.validate()?;
-    only_elastic(model, "a path of equilibria")?;
+    without_eyelets(model, "a path of equilibria")?;
     unbreakable(model, "a path of equilibria")?;
     without_contacts(model, "a path of equilibria")?;
     if is_windy(model) {
@@ -146,6 +147,7 @@ pub fn path(
         }
         let elimination = Elimination::new(&topology).ok_or(StaticError::Loops("a path of equilibria"))?;
         component.stop_inner_damping();
+        component.change_laws_slowly();
         changing = Some((component, members, elimination));
     }
     let Some((component, members, elimination)) = changing else {
@@ -171,9 +173,10 @@ struct Teller<'a> {
 }
 
 impl Teller<'_> {
-    /// Tells of an equilibrium; returns whether to go on, and has said so in the report where not.
+    /// Tells of an equilibrium, from whose internal variables the path goes on; returns whether to go on, and has said so in the report where not.
     fn tell(&mut self, tracer: &mut Tracer, found: &Found, report: &mut PathReport) -> bool {
         tracer.balance.stand(&found.place, found.place.time);
+        tracer.balance.component.end_laws();
         tracer.balance.component.store_state(self.state, &self.members, 0);
         self.state.velocities.fill(nalgebra::Vector3::zeros());
         self.state.angular_velocities.fill(nalgebra::Vector3::zeros());
@@ -213,6 +216,7 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
     if !teller.tell(tracer, &here, report) {
         return;
     }
+    let has_laws = !teller.model.laws.is_empty();
     let mut step = 0.25 * params.longest_step;
     while report.points < params.most_points {
         if step < SHORTEST * params.longest_step {
@@ -220,12 +224,19 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
             return;
         }
         let [begin, end] = course.stretch(stretch);
-        let Some(mut next) = tracer.go(&here, step, [begin, end]) else {
+        // Beyond the stretch what yields may unload, and a step there would look for both.
+        let ahead = here.place.time + step * here.direction.time;
+        let lands = has_laws && !(begin..=end).contains(&ahead);
+        let found = match lands {
+            true => land(tracer, &here, step, ahead, [begin, end]),
+            false => tracer.go(&here, step, [begin, end]),
+        };
+        let Some(mut next) = found else {
             step *= 0.5;
             continue;
         };
         let mut way = step;
-        if !goes_on(tracer, &here, &next, step) {
+        if !lands && !goes_on(tracer, &here, &next, step) {
             if step > SHORT * params.longest_step {
                 step *= 0.5;
                 continue;
@@ -240,16 +251,10 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
             }
         }
         // A stretch of the course ends: the path stops there, and goes on with what comes next.
-        let leaves = next.place.time > end || next.place.time < begin;
-        let forward = next.place.time > end;
-        if leaves {
-            let limit = if forward { end } else { begin };
-            let passed = next.place.time - here.place.time;
-            let share = ((limit - here.place.time) / passed).clamp(0.0, 1.0);
-            let sign = if forward { 1.0 } else { -1.0 };
-            let mut place = here.place.moved(&here.direction, share * way);
-            place.time = limit;
-            let Some(landed) = tracer.hold(place, [begin, end], sign) else {
+        let leaves = lands || next.place.time > end || next.place.time < begin;
+        let forward = if lands { ahead > end } else { next.place.time > end };
+        if leaves && !lands {
+            let Some(landed) = land(tracer, &here, way, next.place.time, [begin, end]) else {
                 step *= 0.5;
                 continue;
             };
@@ -260,6 +265,7 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
             continue;
         };
         let good = way * (GOOD / next.iterations as f64).clamp(0.5, 2.0);
+        let passed_events = !events.is_empty();
         for [before, after] in events {
             teller.length += tracer.balance.distance(&here.place, &after.place);
             let turns = before.direction.time * after.direction.time < 0.0;
@@ -273,6 +279,11 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
             if !teller.tell(tracer, &here, report) {
                 return;
             }
+        }
+        if passed_events && has_laws {
+            // Internal variables are no longer those that the step began with.
+            step = good.min(params.longest_step);
+            continue;
         }
         let way = tracer.balance.distance(&here.place, &next.place);
         teller.length += way;
@@ -295,6 +306,18 @@ fn follow(tracer: &mut Tracer, course: &Course, params: &PathParams, teller: &mu
             here = turned;
         }
     }
+}
+
+/// The equilibrium at the end of a stretch, where the `way` along the path would lead to a time `beyond` it.
+fn land(tracer: &mut Tracer, here: &Found, way: f64, beyond: f64, [begin, end]: [f64; 2]) -> Option<Found> {
+    let forward = beyond > end;
+    let limit = if forward { end } else { begin };
+    let passed = beyond - here.place.time;
+    let share = ((limit - here.place.time) / passed).clamp(0.0, 1.0);
+    let sign = if forward { 1.0 } else { -1.0 };
+    let mut place = here.place.moved(&here.direction, share * way);
+    place.time = limit;
+    tracer.hold(place, [begin, end], sign)
 }
 
 /// Whether a step leads straight on, and not far aside.

@@ -8,6 +8,7 @@ use component::Formulation;
 use jointed::linear::{LinearSolver, LinearStatus};
 use kernels::Spatial;
 
+use super::newton::ROUNDING;
 use super::params::StaticParams;
 use super::report::StaticReport;
 
@@ -17,8 +18,9 @@ const LARGEST_TURN: f64 = 1.0;
 const GOOD_TURN: f64 = 0.3;
 /// Quiet steps in a row that count as equilibrium; each is four times as long as the one before where swinging allows.
 const QUIET_STEPS: usize = 5;
-/// Turns up to this many are rounding errors [rad], and no swinging: a model may begin at rest.
-const ROUNDING: f64 = 1e-13;
+/// Share of its yield moment by which a joint with a law may miss its moment where a step counts as swinging: a joint that begins to yield
+/// brings segments back, too, however short the step. Loops by Masing's rule end unsolved without it.
+const OF_MOMENT: f64 = 1e-3;
 /// Pseudo time steps longer than this many first ones bring nothing but rounding errors.
 const LONGEST: f64 = 1e6;
 
@@ -76,7 +78,7 @@ pub(super) fn relax(
             report.converged = dt >= params.first_dt;
             break;
         }
-        if step.swings {
+        if step.swings && component.missed_by_laws() <= OF_MOMENT {
             longest = 0.25 * dt;
         }
         dt = (dt * (GOOD_TURN / step.turn.max(1e-300)).clamp(0.5, 4.0)).min(longest);
@@ -110,5 +112,6 @@ fn movement(component: &Component<f64>, last: &mut [Spatial<f64>]) -> Movement {
         *last = now;
     }
     let turn = turn.sqrt();
+    // A model may begin at rest: rounding errors are no swinging.
     Movement { shift: shift.sqrt(), turn, swings: back > 0.5 * size && turn > ROUNDING }
 }

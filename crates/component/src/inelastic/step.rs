@@ -1,11 +1,11 @@
-//! What joints with laws do in a step of a component.
+//! What joints with laws do in a step of a component, and at rest.
 
 use kernels::lane::Real;
 use kernels::math::Quat;
 use nalgebra::Vector3;
 use rod::{InternalVariables, State};
 
-use super::Inelastic;
+use super::{Inelastic, Pace};
 use crate::Component;
 use crate::parts::pick;
 use crate::snapshot::StateVisitor;
@@ -14,6 +14,17 @@ impl<T: Real> Component<T> {
     /// By how much joints transmit other moments than their laws' at the last evaluation, at most: see [`JointLaw::missed`].
     pub fn missed_by_laws(&self) -> f64 {
         self.laws.missed
+    }
+
+    /// Lets joints with laws answer as at the end of a change that takes for ever: what relaxes has done so. It is for equilibria, which
+    /// [`Component::end_laws`] makes the start of what comes next.
+    pub fn change_laws_slowly(&mut self) {
+        self.laws.pace = Pace::Slow;
+    }
+
+    /// Lets joints with laws answer as where they change at once, so that none flows, slips or relaxes: for vibrations about a state.
+    pub fn change_laws_suddenly(&mut self) {
+        self.laws.pace = Pace::Sudden;
     }
 
     /// Strain of a joint whose bodies are oriented so, in its rows [1/m].
@@ -36,8 +47,8 @@ impl<T: Real> Component<T> {
     }
 
     /// Ends a step that is accepted: internal variables are those of its end. What an open grip let go is as at rest when it is held again.
-    pub(crate) fn end_laws(&mut self) {
-        let dt = self.dt;
+    pub fn end_laws(&mut self) {
+        let dt = self.laws.pace.over(self.dt);
         for k in 0..self.laws.all.len() {
             let joint = self.laws.all[k].joint;
             let ends = self.system.topology.joints[joint].map(|body| self.poses[body as usize].q);

@@ -13,14 +13,14 @@ use rod::{
     shape,
 };
 
-const LENGTH: f64 = 1.0;
-const SEGMENTS: usize = 20;
-const RADIUS: f64 = 2e-3;
+pub(crate) const LENGTH: f64 = 1.0;
+pub(crate) const SEGMENTS: usize = 20;
+pub(crate) const RADIUS: f64 = 2e-3;
 
 /// Light, so that it follows slow loads. With this radius, 2.513 N m^2 in bending and 2.011 N m^2 in twist.
-const WIRE: Material = Material { youngs_modulus: 2e11, torsion_modulus: 8e10, density: 8.0 };
+pub(crate) const WIRE: Material = Material { youngs_modulus: 2e11, torsion_modulus: 8e10, density: 8.0 };
 
-fn bending() -> f64 {
+pub(crate) fn bending() -> f64 {
     WIRE.youngs_modulus * PI * RADIUS.powi(4) / 4.0
 }
 
@@ -28,16 +28,16 @@ fn torsion() -> f64 {
     WIRE.torsion_modulus * PI * RADIUS.powi(4) / 2.0
 }
 
-fn settings(integrator: Integrator) -> Settings {
+pub(crate) fn settings(integrator: Integrator) -> Settings {
     Settings { step: StepParams { integrator, ..StepParams::DEFAULT }, ..Settings::default() }
 }
 
-fn plastic(isotropic: f64, kinematic: f64) -> JointLaw {
+pub(crate) fn plastic(isotropic: f64, kinematic: f64) -> JointLaw {
     JointLaw::Plastic(Plasticity { moments: Vector3::new(0.5, 0.5, 0.4), isotropic, kinematic })
 }
 
 /// A straight wire along x, clamped at its start, with a torque at its end that changes over time [s], [N m].
-fn cantilever(law: &JointLaw, torque: &[(f64, Vector3<f64>)], damping: f64) -> (Model, State) {
+pub(crate) fn cantilever(law: &JointLaw, torque: &[(f64, Vector3<f64>)], damping: f64) -> (Model, State) {
     let mut assembly = Assembly::new(Vector3::zeros());
     let nodes = shape::straight(Vector3::zeros(), Vector3::x(), LENGTH, SEGMENTS);
     let inner_damping = InnerDamping { bending: damping, twist: damping, stretch: 0.0 };
@@ -51,7 +51,7 @@ fn cantilever(law: &JointLaw, torque: &[(f64, Vector3<f64>)], damping: f64) -> (
 }
 
 /// Steps `model` and shows each step's end.
-fn run(
+pub(crate) fn run(
     (model, state): &(Model, State),
     settings: &Settings,
     (dt, steps): (f64, usize),
@@ -70,7 +70,7 @@ fn run(
 }
 
 /// Angle by which the last segment has turned about `axis` [rad], over the length that bends.
-fn angle(state: &State, axis: &Vector3<f64>) -> f64 {
+pub(crate) fn angle(state: &State, axis: &Vector3<f64>) -> f64 {
     let [first, .., last] = &state.orientations[..] else { panic!() };
     // The clamp holds over half a segment, as each joint bends over a whole one.
     let turn = (last * first.inverse()).scaled_axis().dot(axis);
@@ -416,14 +416,14 @@ fn what_is_not_known_is_refused() {
 }
 
 /// Slopes of the wire's stiffness, of a half and of a fifth of it.
-fn table(unloading: Unloading) -> JointLaw {
+pub(crate) fn table(unloading: Unloading) -> JointLaw {
     let stiffness = bending();
     let points = vec![[0.1, 0.1 * stiffness], [0.3, 0.2 * stiffness], [0.8, 0.3 * stiffness]];
     JointLaw::Tabulated(MomentTable { points, unloading })
 }
 
 /// Curvature at which the table bears a moment.
-fn bent_by(moment: f64) -> f64 {
+pub(crate) fn bent_by(moment: f64) -> f64 {
     match moment / bending() {
         m if m <= 0.1 => m,
         m if m <= 0.2 => 0.1 + (m - 0.1) / 0.5,

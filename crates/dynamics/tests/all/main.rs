@@ -12,6 +12,8 @@ mod feeds;
 mod grips;
 mod guess;
 mod inelastic;
+mod inelastic_modes;
+mod inelastic_statics;
 mod islands;
 mod joint_forces;
 mod lanes;

@@ -47,6 +47,11 @@ fn shares(branches: &[MaxwellBranch]) -> f64 {
     branches.iter().map(|branch| branch.share).sum()
 }
 
+/// See [`super::JointLaw::relaxing`].
+pub(super) fn relaxing(branches: &[MaxwellBranch], omega: f64) -> f64 {
+    branches.iter().map(|MaxwellBranch { share, time }| share * time / (1.0 + (omega * time).powi(2))).sum()
+}
+
 /// Branches with their moments.
 fn with_moments<'a>(
     branches: &'a [MaxwellBranch],

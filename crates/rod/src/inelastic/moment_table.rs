@@ -144,6 +144,18 @@ impl MomentTable {
         Answer { moment, tangent }
     }
 
+    /// See [`super::JointLaw::sudden`]: no friction slips.
+    pub(super) fn sudden(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> Answer {
+        match self.unloading {
+            Unloading::Elastic => self.answer(stiffness, strain, at),
+            Unloading::Masing => {
+                let first = Vector3::new(self.stiffness(), self.stiffness(), stiffness.z);
+                let moment = first.component_mul(&(strain - self.set(at)));
+                Answer { moment, tangent: Matrix3::from_diagonal(&first) }
+            }
+        }
+    }
+
     /// See [`super::JointLaw::resolve`]: the resolvent, by Newton's method.
     pub(super) fn resolve(
         &self,

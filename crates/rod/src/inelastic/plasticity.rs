@@ -143,11 +143,9 @@ impl Plasticity {
     }
 
     pub(super) fn answer(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> Answer {
-        let elastic = Matrix3::from_diagonal(stiffness);
         let Return { relative, normal, gamma, .. } = self.project([stiffness; 2], strain, at);
         if gamma == 0.0 {
-            let moment = stiffness.component_mul(&(strain - Self::plastic(at)));
-            return Answer { moment, tangent: elastic };
+            return self.sudden(stiffness, strain, at);
         }
         let moment = relative + stiffness.component_mul(&(Self::plastic(at) + normal * gamma)) * self.moves();
         // With A = (C^-1 + (1 + h) dgamma dn/dxi)^-1: dxi = A (dk - (1 + h) dgamma' n), n . dxi = slope dgamma'.
@@ -155,12 +153,19 @@ impl Plasticity {
         let (more, radius) = (1.0 + self.moves(), 1.0 + at.hardening + slope * gamma);
         let bends = (Matrix3::from_diagonal(&metric) - normal * normal.transpose()) * (more * gamma / radius);
         let yielding = Matrix3::from_diagonal(&stiffness.map(|own| 1.0 / own)) + bends;
+        let elastic = Matrix3::from_diagonal(stiffness);
         let Some(inverse) = yielding.try_inverse() else { return Answer { moment, tangent: elastic } };
         let along = inverse * normal;
         let flow = along * along.transpose() * (more / (slope + more * along.dot(&normal)));
         let tangent = (inverse - flow + elastic * self.moves()) / more;
         let symmetric = (tangent + tangent.transpose()) * 0.5;
         Answer { moment, tangent: symmetric }
+    }
+
+    /// See [`super::JointLaw::sudden`].
+    pub(super) fn sudden(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> Answer {
+        let moment = stiffness.component_mul(&(strain - Self::plastic(at)));
+        Answer { moment, tangent: Matrix3::from_diagonal(stiffness) }
     }
 
     pub(super) fn advance(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &mut InternalVariables) {

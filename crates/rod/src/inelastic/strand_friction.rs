@@ -64,6 +64,14 @@ impl StrandFriction {
         Answer { moment, tangent: Matrix3::from_diagonal(stiffness) + of_friction }
     }
 
+    /// See [`super::JointLaw::sudden`].
+    pub(super) fn sudden(&self, stiffness: &Vector3<f64>, strain: &Vector3<f64>, at: &InternalVariables) -> Answer {
+        let sticking = Vector3::new(self.stiffness, self.stiffness, 0.0);
+        let moment =
+            stiffness.component_mul(strain) + Self::friction(at) + sticking.component_mul(&(strain - at.strain));
+        Answer { moment, tangent: Matrix3::from_diagonal(&(stiffness + sticking)) }
+    }
+
     /// The work along the way is `M_f |D| + (h_0 . d - M_f) (1 - exp(-x)) M_f / s`; what of it is not stored is lost.
     pub(super) fn advance(&self, strain: &Vector3<f64>, at: &mut InternalVariables) {
         let Way { direction, mean, friction, .. } = self.go(strain, at);

@@ -134,3 +134,75 @@ fn a_setting_changes_an_equilibrium() {
     let report: Value = json(&["heavy-cantilever", "--steps", "1", "--set", "rods[0].youngs_modulus_pa=1e9"]);
     assert_eq!(report["set"], serde_json::json!(["rods[0].youngs_modulus_pa=1e9"]));
 }
+
+/// A wire that a load bends beyond its yield moment and lets go.
+const WIRE: &str = r#"
+gravity_m_s2 = [0, 0, 0]
+
+[run]
+dt_s = 0.01
+steps = 200
+
+[[rods]]
+radius_m = 0.001
+youngs_modulus_pa = 2e11
+torsion_modulus_pa = 8e10
+density_kg_m3 = 7850
+shape.straight = { direction = [1, 0, 0], length_m = 0.3, segments = 30 }
+clamp = ["start-face"]
+yield = { moment_n_m = 0.5, torque_n_m = 0.4, hardening_kinematic = 0.1 }
+
+[[rods.loads]]
+at = "end-face"
+times_s = [0, 1, 2]
+forces_n = [[0, 0, 0], [0, 0, -2], [0, 0, 0]]
+"#;
+
+#[test]
+fn joints_that_are_not_elastic_come_to_rest_and_swing() {
+    let place = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        let file = place.path().join(name);
+        fs::write(&file, text).expect("a scene");
+        file.to_str().expect("UTF-8").to_owned()
+    };
+    let file = write("wire.toml", WIRE);
+    let report = json(&["static", &file, "--along"]);
+    assert_eq!(report["end"], "until");
+    let set = |report: &Value| report["inelastic"]["plastic"]["curvature_per_m"].as_f64().expect("a set");
+    let on_the_way = set(&report);
+    // At once, under the load that stays: at the clamp its moment is that of the force at the tip.
+    let changes = "times_s = [0, 1, 2]\nforces_n = [[0, 0, 0], [0, 0, -2], [0, 0, 0]]";
+    let held = write("held.toml", &WIRE.replace(changes, "force_n = [0, 0, -2]"));
+    let report = json(&["static", &held]);
+    assert_eq!((&report["converged"], &report["stable"]), (&Value::Bool(true), &Value::Bool(true)));
+    assert!(report["inelastic"]["dissipated_j"].as_f64().expect("a loss") > 0.0);
+    let stiffness = 2e11 * std::f64::consts::PI * 1e-12 / 4.0;
+    let moment = 2.0 * report["tips_m"][0][0].as_f64().expect("a place");
+    let (at_once, expected) = (set(&report), (moment - 0.5) / (0.1 * stiffness));
+    assert!((at_once / expected - 1.0).abs() < 0.01, "{at_once} of {expected} 1/m");
+    // It stays when the load is gone.
+    assert!((on_the_way / at_once - 1.0).abs() < 0.01, "{on_the_way} of {at_once} 1/m");
+    // Small vibrations are elastic.
+    let frequencies = |text: &str| -> Vec<f64> {
+        let report = json(&["modes", &write("modes.toml", text), "--count", "4"]);
+        let modes = report["modes"].as_array().expect("modes");
+        modes.iter().map(|mode| mode["frequency_hz"].as_f64().expect("a number")).collect()
+    };
+    let straight = WIRE.split("[[rods.loads]]").next().expect("a rod");
+    let elastic: String =
+        straight.lines().filter(|line| !line.starts_with("yield")).map(|line| format!("{line}\n")).collect();
+    for (own, other) in frequencies(straight).into_iter().zip(frequencies(&elastic)) {
+        assert!((own / other - 1.0).abs() < 1e-9, "{own} of {other} Hz");
+    }
+    // A run begins at rest, yielded.
+    let begins = fs::read_to_string(&held).expect("a scene").replace("[run]", "[run]\nbegin = \"equilibrium\"");
+    let report = json(&[&write("begins.toml", &begins), "--steps", "10"]);
+    assert_eq!(report["status"], "converged");
+    assert!((set(&report) / at_once - 1.0).abs() < 1e-6, "{} of {at_once} 1/m", set(&report));
+    // Several equilibria depend on the way to them.
+    let output = run(&["static", &held, "--branches"]);
+    let (code, _, err) = texts(&output);
+    assert_eq!(code, Some(2));
+    assert!(err.contains("knows elastic joints alone"), "{err}");
+}
