@@ -6,7 +6,7 @@ use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::driven::begins_at;
 use crate::error::unit;
-use crate::{BodyShape, Carried, Mesh, ModelError, MovingPose, Pose};
+use crate::{BodyShape, Carried, Mesh, ModelError, MovingPose, Pose, Sheath};
 
 /// Flat sides that stand for the round side of a cylinder that rigid bodies touch, and edges of its rim: they lie within it, by 0.12
 /// percent of its radius at most.
@@ -110,6 +110,8 @@ pub struct Contacts {
     pub between_segments: Option<Surface>,
     /// What stands about.
     pub obstacles: Vec<Obstacle>,
+    /// Rods that run inside other rods.
+    pub sheaths: Vec<Sheath>,
     /// Whether bodies may overlap at the start. They are moved apart at a bounded speed then; otherwise a model that starts
     /// with an overlap is refused.
     pub allow_overlap: bool,
@@ -118,7 +120,7 @@ pub struct Contacts {
 impl Contacts {
     /// Whether there is nothing to touch.
     pub fn is_empty(&self) -> bool {
-        self.between_segments.is_none() && self.obstacles.is_empty()
+        self.between_segments.is_none() && self.obstacles.is_empty() && self.sheaths.is_empty()
     }
 
     pub(crate) fn validate(&self) -> Result<(), ModelError> {
