@@ -340,3 +340,6 @@ impl Contact {
         pair.into_iter().flatten()
     }
 }
+
+#[cfg(test)]
+mod tests;
