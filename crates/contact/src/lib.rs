@@ -24,6 +24,7 @@ pub mod overlap;
 mod params;
 pub mod shape;
 pub mod sheath;
+mod sheath_contacts;
 mod solid_contacts;
 mod stiffness;
 #[cfg(test)]

@@ -2,8 +2,8 @@
 //!
 //! The wall is at the clearance from the outer rod's smooth centreline c(s), a cubic between the centres of two segments (`rod::Centreline`). The
 //! place s of a centre x is the nearest one, `(x - c(s)) . c'(s) = 0`, so that the gap `clearance - |x - c(s)|` does not change with s to first
-//! order. c(s) is a mean of two points on the axes of the two segments: the wall's force is shared by the two with the weights of the mean, and so
-//! does the work that the gap says it does.
+//! order. c(s) is a mean of two points on the axes of the two segments: they share the wall's force with the weights of the mean, so that it is
+//! the gradient of the gap.
 //!
 //! A centre beyond a mouth by d has a wall that is `d^2 / (2 reach)` further away, up to the distance `reach`; beyond that it is free. One that
 //! comes within reach of a mouth, inside of this wall, is taken in.
@@ -15,15 +15,7 @@ use component::snapshot::StateVisitor;
 use kernels::math::Vec3;
 use rod::{Centreline, Friction, Model, Share, Sheath};
 
-use super::geometry::Contact;
-use super::key::Partner;
-use super::shape::{Components, Poses, Shape, Side};
-
-/// Most steps of the search for the nearest place, each at most a segment long.
-const MOST_STEPS: usize = 50;
-
-/// Share of a segment's length that is no way along the centreline.
-const NO_WAY: f64 = 1e-12;
+use super::shape::{Components, Shape};
 
 /// How the wall of a sheath shares a contact's force between the two segments of the outer rod between whose centres it is.
 #[derive(Clone, Copy, Debug)]
@@ -56,10 +48,10 @@ impl Wall {
 #[derive(Clone, Debug)]
 pub struct Tube {
     pub(super) inner: Range<u32>,
-    outer: Range<u32>,
-    line: Centreline,
+    pub(super) outer: Range<u32>,
+    pub(super) line: Centreline,
     /// Radius of the bore [m].
-    bore: f64,
+    pub(super) bore: f64,
     /// Radius of the outer rod, at least [m].
     radius: f64,
     pub(super) friction: Friction,
@@ -71,9 +63,9 @@ pub struct Tube {
 }
 
 /// A point of a centreline and its tangent and the change of that with the distance along the rod.
-struct Point {
-    place: Vec3<f64>,
-    tangent: Vec3<f64>,
+pub(super) struct Point {
+    pub(super) place: Vec3<f64>,
+    pub(super) tangent: Vec3<f64>,
     bend: Vec3<f64>,
 }
 
@@ -119,14 +111,14 @@ impl Tube {
     }
 
     /// How much further away the wall is behind a mouth, and the slope of that.
-    fn widening(&self, place: f64) -> [f64; 2] {
+    pub(super) fn widening(&self, place: f64) -> [f64; 2] {
         let (beyond, mouth) = self.beyond(place);
         let beyond = beyond.max(0.0);
         [0.5 * beyond * beyond / self.reach[mouth], beyond / self.reach[mouth]]
     }
 
     /// The point of the centreline at a place, with the outer rod's segments where they are.
-    fn point(&self, shares: &[Share; 2], pose: &impl Fn(u32) -> BodyPose<f64>) -> Point {
+    pub(super) fn point(&self, shares: &[Share; 2], pose: &impl Fn(u32) -> BodyPose<f64>) -> Point {
         let mut sums = [Vec3::zero(); 3];
         for share in shares {
             let BodyPose { x, q } = pose(self.outer.start + share.segment as u32);
@@ -139,12 +131,13 @@ impl Tube {
         Point { place, tangent, bend }
     }
 
-    /// The place on the centreline that is nearest to a point near the one where the search begins [m].
-    fn nearest(&self, x: Vec3<f64>, start: f64, pose: &impl Fn(u32) -> BodyPose<f64>) -> f64 {
+    /// The place on the centreline that is nearest to a point near the one where the search begins [m]: by Newton's method, in 50 steps at most,
+    /// each of a segment's length at most, until one is 1e-12 of that.
+    pub(super) fn nearest(&self, x: Vec3<f64>, start: f64, pose: &impl Fn(u32) -> BodyPose<f64>) -> f64 {
         let count = self.line.segments();
         let step = self.line.length() / count as f64;
         let mut place = start;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..50 {
             let Point { place: point, tangent, bend } = self.point(&self.line.at(place), pose);
             let (off, size) = (x - point, tangent.norm_squared());
             // Beyond the centre of curvature there is no nearest place.
@@ -154,7 +147,7 @@ impl Tube {
                 return place;
             }
             place += change.clamp(-step, step);
-            if change.abs() <= NO_WAY * step {
+            if change.abs() <= 1e-12 * step {
                 break;
             }
         }
@@ -242,104 +235,3 @@ impl Tube {
         }
     }
 }
-
-impl Contact {
-    /// Evaluates the contact of a segment with the wall of a sheath.
-    pub(super) fn in_sheath(
-        &mut self,
-        own: &Side,
-        tube: &Tube,
-        (shapes, components, poses): (&[Shape], &impl Components, Poses),
-    ) {
-        let side = |i: u32| {
-            let shape = &shapes[i as usize];
-            Side::of(shape, components.component(shape.component), poses)
-        };
-        let now = |i: u32| {
-            let shape = &shapes[i as usize];
-            let component = components.component(shape.component);
-            if poses == Poses::Start {
-                component.start[shape.body as usize]
-            } else {
-                component.poses[shape.body as usize]
-            }
-        };
-        let x = own.now.x;
-        self.place = tube.nearest(x, self.place, &now);
-        let shares = tube.line.at(self.place);
-        let Point { place: centre, tangent, .. } = tube.point(&shares, &now);
-        let along = tangent * (1.0 / tangent.norm_squared().sqrt());
-        let off = x - centre;
-        let off = off - along * along.dot(off);
-        let distance = off.norm_squared().sqrt();
-        let outwards = if distance > 0.0 { off * (1.0 / distance) } else { self.across(along) };
-        // Behind a mouth the wall leans.
-        let [further, slope] = tube.widening(self.place);
-        let lean = if self.place > 0.0 { slope } else { -slope };
-        let size = (1.0 + slope * slope).sqrt();
-        let (mut normal, room) =
-            ((along * lean - outwards) * (1.0 / size), (tube.bore - own.radius + further - distance) / size);
-        let mut gap = room;
-        if poses == Poses::Settling {
-            let between = normal + self.normal;
-            let size = between.norm_squared().sqrt();
-            if size > 0.1 {
-                // Along another normal the wall is further away than it is.
-                let settled = between * (1.0 / size);
-                gap += distance * (1.0 - settled.dot(normal));
-                normal = settled;
-            }
-        }
-        self.closer_by = gap - room;
-        let place = x - normal * (own.radius + 0.5 * gap);
-        self.set(own, None, normal, gap, place);
-        self.distance = room;
-        let mut wall = Wall::NONE;
-        let mut has_free = shapes[self.key.0 as usize].free;
-        for (k, share) in shares.iter().enumerate() {
-            let index = tube.outer.start + share.segment as u32;
-            let weight = share.position[0];
-            wall.segments[k] = index;
-            if weight > 0.0 {
-                let outer = side(index);
-                let arm = outer.now.q.axis() * (share.axis[0] / weight) + (place - centre);
-                (wall.arms[k], wall.shares[k]) = (arm, weight);
-                self.slip -= outer.moved(arm) * weight;
-                has_free |= shapes[index as usize].free;
-            }
-        }
-        self.slip -= normal * normal.dot(self.slip);
-        self.wall = wall;
-        // What nothing moves needs no force.
-        self.is_duplicate = !has_free;
-        if !has_free {
-            (self.impulse, self.guess) = (Vec3::zero(), [0.0; 3]);
-        }
-    }
-
-    /// A direction across an axis: against the normal as it was, if there was one.
-    fn across(&self, axis: Vec3<f64>) -> Vec3<f64> {
-        let before = -self.normal - axis * axis.dot(-self.normal);
-        let size = before.norm_squared().sqrt();
-        if size > 0.1 { before * (1.0 / size) } else { super::shape::frame(axis)[1] }
-    }
-
-    /// Whether it is one with the wall of a sheath.
-    pub fn is_of_sheath(&self) -> bool {
-        matches!(self.key.1, Partner::Sheath(_))
-    }
-
-    /// The segments that it pushes beside its own, each with the arm from its centre and its share of the force.
-    #[inline]
-    pub fn others(&self) -> impl Iterator<Item = (u32, Vec3<f64>, f64)> + use<> {
-        let Wall { segments, arms, shares } = self.wall;
-        let pair = match self.key.1 {
-            Partner::Sheath(_) => [0, 1].map(|k| (shares[k] > 0.0).then_some((segments[k], arms[k], shares[k]))),
-            partner => [partner.segment().map(|other| (other, self.arms[1], 1.0)), None],
-        };
-        pair.into_iter().flatten()
-    }
-}
-
-#[cfg(test)]
-mod tests;

@@ -1,12 +1,13 @@
 //! What segments can touch: each other, and obstacles that stand still or follow motions.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::driven::begins_at;
 use crate::error::unit;
-use crate::{BodyShape, Carried, Mesh, ModelError, MovingPose, Pose, Sheath};
+use crate::{BodyShape, Carried, Mesh, ModelError, MovingPose, Pose};
 
 /// Flat sides that stand for the round side of a cylinder that rigid bodies touch, and edges of its rim: they lie within it, by 0.12
 /// percent of its radius at most.
@@ -101,6 +102,21 @@ pub struct Obstacle {
     pub surface: Surface,
     /// What moves it, if anything does.
     pub motion: Option<Carried>,
+}
+
+/// A rod runs inside another one: a wire in a cable housing, a tube in a tube. The wall of the outer rod keeps the centre of each segment of the
+/// inner one within the clearance of the outer rod's smooth centreline ([`crate::Centreline`]), and rubs on it where they slide or twist against each
+/// other. It begins and ends with the outer rod, at its two mouths; what is beyond them is free. The two rods do not touch each other otherwise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheath {
+    /// The segments of the rod inside, in order, each joined to the next.
+    pub inner: Range<usize>,
+    /// Those of the rod around it.
+    pub outer: Range<usize>,
+    /// Radius of the bore less the largest radius of the rod inside [m]: above 0, and the bore is within the outer rod.
+    pub clearance: f64,
+    /// Coulomb friction of the two on each other.
+    pub friction: Friction,
 }
 
 /// What segments can touch. The default is nothing, and costs nothing.

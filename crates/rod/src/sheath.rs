@@ -1,24 +1,9 @@
-//! Sheaths: rods that run inside other rods.
+//! Sheaths: their measures in a model, and their checks.
 
 use std::collections::HashSet;
 use std::ops::Range;
 
-use crate::{Body, Centreline, Friction, Model, ModelError};
-
-/// A rod runs inside another one: a wire in a cable housing, a tube in a tube. The wall of the outer rod keeps the centre of each segment of the
-/// inner one within the clearance of the outer rod's smooth centreline ([`Centreline`]), and rubs on it where they slide or twist against each
-/// other. It begins and ends with the outer rod, at its two mouths; what is beyond them is free. The two rods do not touch each other otherwise.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sheath {
-    /// The segments of the rod inside, in order, each joined to the next.
-    pub inner: Range<usize>,
-    /// Those of the rod around it.
-    pub outer: Range<usize>,
-    /// Radius of the bore less the largest radius of the rod inside [m]: above 0, and the bore is within the outer rod.
-    pub clearance: f64,
-    /// Coulomb friction of the two on each other.
-    pub friction: Friction,
-}
+use crate::{Body, Centreline, Contacts, Model, ModelError, Sheath};
 
 impl Sheath {
     /// Radius of the bore of the outer rod [m].
@@ -109,7 +94,7 @@ fn nested(sheaths: &[Sheath]) -> Vec<[Range<usize>; 2]> {
     pairs
 }
 
-impl crate::Contacts {
+impl Contacts {
     /// Pairs of rods, as ranges of segments, that do not touch each other but through sheaths: each inner rod with its outer one, and with what that
     /// is inside of.
     pub fn sheathed(&self) -> Vec<[Range<usize>; 2]> {

@@ -131,9 +131,6 @@ fn gaping(step: &Step<'_>, i: usize) -> f64 {
     step.joints().map(|(_, joint, _)| joint).filter(meets).map(gap).fold(0.0, f64::max)
 }
 
-/// Parts of a segment of a sheath among which the nearest place is looked for.
-const PARTS: usize = 8;
-
 /// The distance of a segment's centre from the smooth centreline of a sheath [m]; `None` where the nearest place is beyond a mouth.
 fn from_centreline(sheath: &Sheath, line: &Centreline, state: &State, i: usize) -> Option<f64> {
     let point = |place: f64| {
@@ -144,7 +141,8 @@ fn from_centreline(sheath: &Sheath, line: &Centreline, state: &State, i: usize) 
         line.at(place).into_iter().map(share).sum::<Vector3<f64>>()
     };
     let distance = |place: f64| (state.positions[i] - point(place)).norm();
-    let count = PARTS * line.segments();
+    // The nearest of eight places a segment, then the nearest place by it.
+    let count = 8 * line.segments();
     let step = line.length() / count as f64;
     let nearest = (0..=count).min_by(|&a, &b| distance(a as f64 * step).total_cmp(&distance(b as f64 * step)))?;
     if nearest == 0 || nearest == count {

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use component::{Component, split};
 use kernels::Spatial;
 use nalgebra::Vector3;
-use rod::{Assembly, Material, RodSpec};
+use rod::{Assembly, Friction, Material, RodSpec, Sheath};
 
 use super::*;
 use crate::duplicates::shapes;
