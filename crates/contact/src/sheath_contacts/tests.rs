@@ -64,9 +64,8 @@ fn the_force_is_the_gradient_of_the_gap() {
         let shares: f64 = contact.others().map(|(_, _, share)| share).sum();
         assert!((shares - 1.0).abs() < 1e-12 && contact.normal.0.iter().all(|x| x.is_finite()));
         assert_eq!(key(words(contact.key)), contact.key);
-        for moved in 0..7 {
+        for (moved, &Shape { component, body, .. }) in shapes.iter().enumerate() {
             for direction in 0..6 {
-                let Shape { component, body, .. } = shapes[moved];
                 let kept = sets[component as usize].poses[body as usize];
                 let (h, mut gaps, mut ways) = (1e-6, [0.0; 2], [Vec3::zero(); 2]);
                 let mut step = Spatial { linear: Vec3::zero(), angular: Vec3::zero() };
