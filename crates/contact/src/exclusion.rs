@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 use rod::{Body, Model, Segment};
 
@@ -13,6 +14,8 @@ pub struct PairFilter {
     free: Vec<bool>,
     /// Segments in stores, which touch nothing.
     stored: HashSet<u32>,
+    /// Pairs of rods that touch each other through sheaths alone.
+    sheathed: Vec<[Range<usize>; 2]>,
     /// Pairs of segments that never touch; `None` where no segments touch each other.
     excluded: Option<Exclusion>,
     /// Of each segment that is a rigid body, whether it touches rods and obstacles; empty where there is none.
@@ -30,7 +33,7 @@ impl PairFilter {
             Vec::new()
         };
         let excluded = model.contacts.between_segments.map(|_| Exclusion::new(model));
-        Self { free, stored: HashSet::new(), excluded, bodies }
+        Self { free, stored: HashSet::new(), sheathed: model.contacts.sheathed(), excluded, bodies }
     }
 
     /// Whether two that are rigid bodies, or one of them, can touch: bodies do not touch each other, and some touch nothing.
@@ -55,6 +58,11 @@ impl PairFilter {
         };
     }
 
+    /// Whether a segment is in a store.
+    pub(crate) fn is_stored(&self, segment: u32) -> bool {
+        self.stored.contains(&segment)
+    }
+
     /// Whether bodies `a` < `b` can touch.
     pub(crate) fn contains(&self, a: u32, b: u32) -> bool {
         (self.bodies.is_empty() || self.bodies_touch(a, b)) && self.are_apart(a, b)
@@ -74,6 +82,12 @@ impl PairFilter {
     /// Whether nothing but what they are keeps bodies `a` < `b` from touching.
     fn are_apart(&self, a: u32, b: u32) -> bool {
         if !self.stored.is_empty() && (self.stored.contains(&a) || self.stored.contains(&b)) {
+            return false;
+        }
+        let is_in = |rods: &[Range<usize>; 2], [i, j]: [u32; 2]| {
+            rods[0].contains(&(i as usize)) && rods[1].contains(&(j as usize))
+        };
+        if self.sheathed.iter().any(|rods| is_in(rods, [a, b]) || is_in(rods, [b, a])) {
             return false;
         }
         let is_free = |i: u32| self.free.get(i as usize).copied();

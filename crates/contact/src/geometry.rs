@@ -12,6 +12,7 @@ use super::convert::{to_kernel, to_nalgebra};
 use super::key::{Feature, Key, Partner, key, words};
 use super::obstacles::Placed;
 use super::shape::{Carrier, Components, Poses, Shape, Side, are_parallel, frame};
+use super::sheath::{Tube, Wall};
 use super::stiffness::tilt_arms;
 
 /// Squared sine of the angle between two axes below which their nearest places may stay where they were.
@@ -75,7 +76,10 @@ pub struct Contact {
     pub closer_by: f64,
     /// What its force is multiplied by to be the stiffness against a tilt of each axis: see `stiffness.rs` \[m\].
     pub tilt_arms: [f64; 2],
-    /// Whether another contact holds the same places apart.
+    /// Of a contact in a sheath, where along the outer rod it is [m], and how the wall shares its force.
+    pub(super) place: f64,
+    pub(super) wall: Wall,
+    /// Whether another contact holds the same places apart, or nothing of it moves.
     pub is_duplicate: bool,
     /// Whether a deeper contact with the same mesh is solved for first.
     pub is_deferred: bool,
@@ -89,6 +93,8 @@ pub struct World<'a> {
     pub obstacles: &'a [Placed],
     /// Segments that are rigid bodies with meshes, ascending.
     pub bodies: &'a [(u32, TriangleMesh)],
+    /// Sheaths of the model.
+    pub tubes: &'a [Tube],
 }
 
 impl World<'_> {
@@ -135,6 +141,8 @@ impl Contact {
             hysteresis: 0.0,
             closer_by: 0.0,
             tilt_arms: [0.0; 2],
+            place: 0.0,
+            wall: Wall::NONE,
             is_duplicate: false,
             is_deferred: false,
         }
@@ -161,6 +169,9 @@ impl Contact {
         let mut pressed = self.pressed as usize;
         visitor.count(&mut pressed);
         self.pressed = pressed as u32;
+        if self.is_of_sheath() {
+            self.wall.visit_state(visitor);
+        }
         self.frame = frame(self.normal);
     }
 
@@ -199,6 +210,10 @@ impl Contact {
                 } else if let Some(other) = other {
                     self.between(&own, &other, feature, poses);
                 }
+            }
+            Partner::Sheath(index) => {
+                let tube = &world.tubes[index as usize];
+                self.in_sheath(&own, tube, (world.shapes, components, poses));
             }
             Partner::Face(..)
             | Partner::Edge(..)
@@ -346,10 +361,7 @@ impl Contact {
             linear + angular.cross(arm)
         };
         let own = at(self.key.0, self.arms[0]);
-        match self.key.1.segment() {
-            Some(other) => own - at(other, self.arms[1]),
-            None => own,
-        }
+        self.others().fold(own, |sum, (other, arm, share)| sum - at(other, arm) * share)
     }
 
     /// Chooses the coefficient of friction of a step from how fast the surfaces move past each other at its start [m/s]: that of

@@ -17,6 +17,8 @@ pub enum Partner {
     BodyFace(u32, u32),
     /// A segment that is a rigid body, and an edge of its mesh.
     BodyEdge(u32, u32),
+    /// The wall of a sheath of the model, in which the segment is.
+    Sheath(u32),
 }
 
 impl Partner {
@@ -27,6 +29,7 @@ impl Partner {
             Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) | Partner::Corner(i, _) => {
                 Partner::Obstacle(i)
             }
+            Partner::Sheath(_) => self,
         }
     }
 
@@ -72,7 +75,7 @@ pub(crate) type Key = (u32, Partner, Feature);
 
 /// A [`Key`] as words. The first one holds the segment and, from bit 32 on, which corner, face or edge of it the feature is.
 /// The last one holds, from its lowest bit on: what the feature is (2 bits), its end, whether the partner is a face (1), an
-/// edge (2) or a corner (3) of a mesh (2 bits), whether the feature is a face (1) or an edge (2) where it is a part of a mesh
+/// edge (2) or a corner (3) of a mesh, or the wall of a sheath (3, where an obstacle's bit is not set) (2 bits), whether the feature is a face (1) or an edge (2) where it is a part of a mesh
 /// (2 bits), and, from bit 32 on, which part of the partner.
 pub(super) fn words((segment, partner, feature): Key) -> [u64; 3] {
     let (kind, part) = match partner {
@@ -80,9 +83,10 @@ pub(super) fn words((segment, partner, feature): Key) -> [u64; 3] {
         Partner::Face(_, part) | Partner::BodyFace(_, part) => (1, part),
         Partner::Edge(_, part) | Partner::BodyEdge(_, part) => (2, part),
         Partner::Corner(_, part) => (3, part),
+        Partner::Sheath(_) => (3, 0),
     };
     let partner = match partner.whole() {
-        Partner::Segment(i) => u64::from(i) << 1,
+        Partner::Segment(i) | Partner::Sheath(i) => u64::from(i) << 1,
         other => u64::from(other.obstacle().unwrap_or_default()) << 1 | 1,
     };
     let (feature, own) = match feature {
@@ -102,6 +106,7 @@ pub(super) fn key([segment, partner, feature]: [u64; 3]) -> Key {
     let partner = match (partner & 1, feature >> 3 & 3) {
         (0, 1) => Partner::BodyFace(index, part),
         (0, 2) => Partner::BodyEdge(index, part),
+        (0, 3) => Partner::Sheath(index),
         (0, _) => Partner::Segment(index),
         (_, 1) => Partner::Face(index, part),
         (_, 2) => Partner::Edge(index, part),

@@ -4,7 +4,7 @@
 //! - [`narrow_phase`]: what can touch, from the pairs of a spatial hash ([`broad_phase`]); continuous, so that nothing passes through
 //!   anything within a step. [`exclusion`]: pairs that cannot touch. [`duplicates`]: contacts at joints of which one holds for both.
 //! - [`geometry`]: a contact, evaluated where the bodies are: [`shape`], [`obstacles`], meshes ([`mesh_contacts`], `solid_contacts`).
-//!   [`motion_bound`]: how far a segment moves at most.
+//!   [`sheath`]: rods inside other rods. [`motion_bound`]: how far a segment moves at most.
 //! - [`warm_start`]: what contacts leave to those between the same places. [`overlap`]: overlaps at the start.
 //!
 //! It knows poses only: not how impulses are found, and no step control. It is internal: programs use
@@ -23,6 +23,8 @@ pub mod obstacles;
 pub mod overlap;
 mod params;
 pub mod shape;
+pub mod sheath;
+mod sheath_contacts;
 mod solid_contacts;
 mod stiffness;
 #[cfg(test)]

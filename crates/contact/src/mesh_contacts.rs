@@ -47,7 +47,7 @@ impl Contact {
                     self.with_round_side(own, mesh, side, self.key.2, poses);
                 }
             }
-            Partner::Segment(_) | Partner::Obstacle(_) | Partner::Corner(..) => {}
+            Partner::Segment(_) | Partner::Obstacle(_) | Partner::Corner(..) | Partner::Sheath(_) => {}
         }
     }
 

@@ -1,5 +1,7 @@
 //! Which contacts are possible in a step: broad phase over the ways of all segments, and what to hold apart of each pair.
 
+use std::ops::Range;
+
 use collision::{Aabb, SpatialHash, TriangleMesh};
 use component::Interval;
 use component::snapshot::StateVisitor;
@@ -15,6 +17,7 @@ use super::geometry::{Contact, World};
 use super::key::{Feature, Partner};
 use super::obstacles::Placed;
 use super::shape::{Components, Poses, Shape, are_parallel};
+use super::sheath::Tube;
 use super::{mesh_contacts, solid_contacts};
 use crate::params::NarrowPhaseParams;
 
@@ -35,6 +38,8 @@ pub struct NarrowPhase {
     meshes: Vec<u32>,
     /// Segments that are rigid bodies with meshes, ascending.
     bodies: Vec<(u32, TriangleMesh)>,
+    /// Sheaths.
+    tubes: Vec<Tube>,
     /// Least radius of what touches [m].
     least_radius: f64,
 }
@@ -64,6 +69,7 @@ impl NarrowPhase {
             between_segments: model.contacts.between_segments,
             allow_overlap: model.contacts.allow_overlap,
             obstacles,
+            tubes: model.contacts.sheaths.iter().map(|sheath| Tube::new(model, sheath)).collect(),
             turns_too_far: false,
             filter,
             params,
@@ -88,7 +94,7 @@ impl NarrowPhase {
 
     /// Everything that can touch, as a search sees it.
     pub fn world<'a>(&'a self, search: &'a BroadPhase) -> World<'a> {
-        World { shapes: &self.shapes, obstacles: self.obstacles(search), bodies: &self.bodies }
+        World { shapes: &self.shapes, obstacles: self.obstacles(search), bodies: &self.bodies, tubes: &self.tubes }
     }
 
     /// Lets a motion drive an obstacle from the next step on; returns whether there is such an obstacle.
@@ -98,9 +104,10 @@ impl NarrowPhase {
         true
     }
 
-    /// Shows a visitor what moves the obstacles.
+    /// Shows a visitor what moves the obstacles, and where segments are in sheaths.
     pub fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         visitor.list(&mut self.obstacles, |visitor, obstacle| obstacle.visit_state(visitor));
+        self.tubes.iter_mut().for_each(|tube| tube.visit_state(visitor));
     }
 
     /// Puts the obstacles where their motions have them over a step.
@@ -109,6 +116,17 @@ impl NarrowPhase {
         for obstacle in &mut self.obstacles {
             self.turns_too_far |= obstacle.place(interval);
         }
+    }
+
+    /// Follows segments in sheaths to where they are at the start of a step.
+    pub fn follow_sheaths(&mut self, components: &impl Components) {
+        let Self { tubes, shapes, .. } = self;
+        tubes.iter_mut().for_each(|tube| tube.follow(shapes, components));
+    }
+
+    /// The outer segments of the sheath that a contact is in.
+    pub fn sheath_of(&self, contact: &Contact) -> Option<Range<u32>> {
+        if let Partner::Sheath(index) = contact.key.1 { Some(self.tubes[index as usize].outer()) } else { None }
     }
 
     /// Puts the obstacles where their motions have them over a part of a step, for one search.
@@ -221,6 +239,7 @@ impl NarrowPhase {
         out.retain(|contact| contact.impulse != Vec3::zero() && contact.is_of_mesh());
         out.iter_mut().for_each(|contact| *contact = Contact::new(contact.key, contact.friction, contact.radius));
         self.with_half_spaces(search, out);
+        self.with_sheaths(search, out);
         if self.has_meshes() {
             self.with_meshes(search, components, out);
         }
@@ -313,7 +332,7 @@ impl NarrowPhase {
                 mesh_contacts::detect((a, &shape), way, (Partner::Obstacle(which), &carrier), contact, out);
             }
         }
-        let world = World { shapes: &self.shapes, obstacles, bodies: &self.bodies };
+        let world = World { shapes: &self.shapes, obstacles, bodies: &self.bodies, tubes: &self.tubes };
         let friction = self.between_segments.unwrap_or_default().friction;
         for (&(index, _), seen_body) in self.bodies.iter().zip(&mut *seen_bodies) {
             if segments.binary_search(&index).is_err() {
@@ -413,6 +432,21 @@ impl NarrowPhase {
         out.extend(features.iter().filter(stands).map(contact));
     }
 
+    /// Adds the contacts of segments in sheaths.
+    fn with_sheaths(&self, search: &BroadPhase, out: &mut Vec<Contact>) {
+        for (index, tube) in (0..).zip(&self.tubes) {
+            let is_here = |i: u32| search.segments.binary_search(&i).is_ok() && !self.filter.is_stored(i);
+            let free = |i: u32| self.shapes[i as usize].free;
+            let has_free = tube.outer().any(free);
+            for (i, place) in tube.inside().filter(|&(i, _)| is_here(i) && (has_free || free(i))) {
+                let key = (i, Partner::Sheath(index), Feature::Nearest);
+                let mut contact = Contact::new(key, tube.friction, self.shapes[i as usize].radius);
+                contact.place = place;
+                out.push(contact);
+            }
+        }
+    }
+
     fn with_half_spaces(&self, search: &BroadPhase, out: &mut Vec<Contact>) {
         let BroadPhase { segments, boxes, .. } = search;
         let is_half_space = |obstacle: &Placed| !obstacle.is_bounded() && obstacle.mesh().is_none();
@@ -443,9 +477,10 @@ impl NarrowPhase {
 
     /// How a contact answers.
     pub fn surface(&self, partner: Partner) -> Surface {
-        match partner.obstacle() {
-            None => self.between_segments.unwrap_or_default(),
-            Some(i) => self.obstacles[i as usize].surface(),
+        match partner.whole() {
+            Partner::Obstacle(i) => self.obstacles[i as usize].surface(),
+            Partner::Sheath(i) => Surface { friction: self.tubes[i as usize].friction, restitution: 0.0 },
+            _ => self.between_segments.unwrap_or_default(),
         }
     }
 

@@ -6,11 +6,15 @@ use std::fmt;
 use std::sync::Arc;
 
 use collision::{Aabb, Capsule, SpatialHash, TriangleMesh, closest};
+use component::BodyPose;
+use kernels::math::Quat;
 use nalgebra::Vector3;
 use rod::{BodyShape, Mesh, Model, ObstacleShape, Pose, State};
 use thiserror::Error;
 
+use super::convert::to_kernel;
 use super::exclusion::PairFilter;
+use super::sheath::Tube;
 
 /// Bodies overlap where a simulation begins: the pair that does so most.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -49,6 +53,11 @@ pub enum Overlapped {
         /// What it is: [`ObstacleShape::kind`].
         kind: &'static str,
     },
+    /// The wall of a sheath.
+    Sheath {
+        /// Its index in [`rod::Contacts::sheaths`].
+        index: usize,
+    },
 }
 
 impl fmt::Display for Overlapped {
@@ -56,6 +65,7 @@ impl fmt::Display for Overlapped {
         match self {
             Overlapped::Segment { index, rod } => write!(f, "and segment {index} (rod {rod}) overlap"),
             Overlapped::Obstacle { index, kind } => write!(f, "overlaps obstacle {index} (a {kind})"),
+            Overlapped::Sheath { index } => write!(f, "overlaps the wall of sheath {index}"),
         }
     }
 }
@@ -94,6 +104,7 @@ pub fn refuse_overlaps(model: &Model, state: &State, filter: &PairFilter, tolera
         let key = |found: &Overlap| match found.other {
             Overlapped::Segment { index, .. } => (0, found.segment, index),
             Overlapped::Obstacle { index, .. } => (1, found.segment, index),
+            Overlapped::Sheath { index } => (2, found.segment, index),
         };
         let found = Overlap { segment, rod: model.segments[segment].rod, other, depth, pairs: 0 };
         let is_worse = |old: &Overlap| {
@@ -155,6 +166,16 @@ pub fn refuse_overlaps(model: &Model, state: &State, filter: &PairFilter, tolera
                 see(*i, other, body.depth(&standing).max(standing.depth(body)), model.segments[*i].radius);
             }
         }
+    }
+    for (index, sheath) in model.contacts.sheaths.iter().enumerate() {
+        let free = |i: u32| !model.segments[i as usize].fixed;
+        let radius = |i: u32| model.segments[i as usize].radius;
+        let pose = |i: u32| in_kernel_pose(state, i as usize);
+        Tube::new(model, sheath).depths(radius, &pose, |inner, outer, depth| {
+            if free(inner) || free(outer) {
+                see(inner as usize, Overlapped::Sheath { index }, depth, radius(inner));
+            }
+        });
     }
     if filter.has_pairs(obstacles.len()) {
         let bodies = capsules.iter().chain(obstacles.iter().map(|(_, capsule)| capsule));
@@ -290,6 +311,12 @@ impl Standing {
 /// How far within a mesh, as a share of the way to the middle of its corners, places are looked at beside those on its edges:
 /// what shares planes with another one has none of its edges inside it.
 const WITHIN: f64 = 0.1;
+
+/// The pose of a segment in a state.
+fn in_kernel_pose(state: &State, i: usize) -> BodyPose<f64> {
+    let q = state.orientations[i];
+    BodyPose { x: to_kernel(&state.positions[i]), q: Quat { v: to_kernel(&q.imag()), w: q.w } }
+}
 
 /// A segment's capsule; that of a rigid body that touches nothing is of no use.
 fn capsule(model: &Model, state: &State, i: usize) -> Capsule {

@@ -100,8 +100,8 @@ pub mod assembly {
     pub use rod::{
         Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, JointLaw, LineInertia, Load,
         Material, MaxwellBranch, Mesh, MeshError, MomentTable, Mount, Obstacle, ObstacleShape, Plasticity, RestShape,
-        RigidBody, RodSpec, Section, SolidError, SolidMesh, Stiffness, StrandFriction, Strength, Stretch, Surface,
-        Unloading, Wind, shape,
+        RigidBody, RodSpec, Section, Sheath, SolidError, SolidMesh, Stiffness, StrandFriction, Strength, Stretch,
+        Surface, Unloading, Wind, shape,
     };
 }
 
@@ -121,9 +121,9 @@ pub mod scene {
 /// What stays the same, what moves, and what one reads off it: forces of joints, energies, lengths, first modes; parts of it.
 pub mod state {
     pub use rod::{
-        Body, Break, BreakableJoint, DriveError, Freedom, InelasticJoint, InternalVariables, Joint, JointForce, Mode,
-        Model, ModelError, OnPulley, Part, Pose, Probe, Pulley, Quantity, Reading, Restoring, Segment, Sliding,
-        SlidingJoint, Springs, State, Wheel, curvature, darboux, measure,
+        Body, Break, BreakableJoint, Centreline, DriveError, Freedom, InelasticJoint, InternalVariables, Joint,
+        JointForce, Mode, Model, ModelError, OnPulley, Part, Pose, Probe, Pulley, Quantity, Reading, Restoring,
+        Segment, Share, Sliding, SlidingJoint, Springs, State, Wheel, curvature, darboux, measure,
     };
 }
 

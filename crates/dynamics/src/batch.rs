@@ -10,7 +10,7 @@ use std::sync::Arc;
 use component::snapshot::Snapshot;
 use kernels::parallel;
 use nalgebra::Vector3;
-use rod::{Body, Change, Changing, Driven, JointForce, Model, Motion, State};
+use rod::{Body, Change, Changing, Contacts, Driven, JointForce, Model, Motion, State};
 
 use crate::counters::Counters;
 use crate::simulation::{ContactForce, GuessFactory, Settings, Simulation, SimulationError, StepReport};
@@ -66,7 +66,7 @@ impl Batch {
                 let alone = Model {
                     gravity: model.gravity,
                     damping: model.damping,
-                    contacts: model.contacts.clone(),
+                    contacts: Contacts { sheaths: Vec::new(), ..model.contacts.clone() },
                     air: model.air.clone(),
                     changes: gravity_of(model).cloned().collect(),
                     ..Model::default()

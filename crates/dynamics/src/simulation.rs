@@ -73,6 +73,9 @@ pub enum SimulationError {
     /// Pulleys where rods cannot run over any.
     #[error("pulleys need {0}")]
     Pulleys(&'static str),
+    /// Sheaths where rods cannot run through any.
+    #[error("sheaths need {0}")]
+    Sheaths(&'static str),
     /// Joints with laws where nothing knows of them.
     #[error("joints that are not elastic need {0}")]
     Inelastic(&'static str),
@@ -211,6 +214,7 @@ impl Simulation {
         match lacks_for_exact(model, settings) {
             Some(lacking) if !model.sliding_joints.is_empty() => return Err(SimulationError::Sliding(lacking)),
             Some(lacking) if !model.pulleys.is_empty() => return Err(SimulationError::Pulleys(lacking)),
+            Some(lacking) if !model.contacts.sheaths.is_empty() => return Err(SimulationError::Sheaths(lacking)),
             Some(lacking) if exact => return Err(SimulationError::Tangent(lacking)),
             _ => {}
         }
@@ -285,6 +289,9 @@ impl Simulation {
         }
         if !model.pulleys.is_empty() {
             return Err(SimulationError::Pulleys("solves, not predictions in their place"));
+        }
+        if !model.contacts.sheaths.is_empty() {
+            return Err(SimulationError::Sheaths("solves, not predictions in their place"));
         }
         if !model.laws.is_empty() {
             return Err(SimulationError::Inelastic("solves, not predictions in their place"));

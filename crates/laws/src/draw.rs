@@ -138,6 +138,9 @@ impl Draft {
         if method.formulation == Formulation::Newton && self.added.chance(0.1) {
             self.pulley();
         }
+        if method.formulation == Formulation::Newton && self.added.chance(0.1) {
+            self.sheath();
+        }
         if self.random.chance(0.08) {
             self.copies();
         }
@@ -272,6 +275,33 @@ impl Draft {
         }
     }
 
+    /// A wire inside of a straight rod, which sticks out of it or not.
+    fn sheath(&mut self) {
+        let straight = |rod: &&Drawn| rod.is_open && rod.is_one;
+        let Some((name, [from, to], radius)) =
+            self.rods.iter().filter(straight).find_map(|rod| Some((rod.name.clone(), rod.ends?, rod.radius)))
+        else {
+            return;
+        };
+        let own = short(radius * self.added.uniform(0.1, 0.7));
+        let clearance = short((radius - own) * self.added.uniform(0.1, 0.9));
+        let [start, end] = [self.added.uniform(-0.3, 0.4), self.added.uniform(0.6, 1.3)];
+        let (start, way) = (from + (to - from) * start, (to - from) * (end - start));
+        let segments = self.added.whole(3, 16);
+        let (modulus, density) = (self.added.even_log(1e6, 1e10), self.added.even_log(300.0, 9000.0));
+        put!(self, "\n[[rods]]\nname = \"wire\"\nradius_m = {own:?}\nyoungs_modulus_pa = {modulus:?}");
+        put!(self, "torsion_modulus_pa = {:?}\ndensity_kg_m3 = {density:?}", 0.4 * modulus);
+        let (start, length, direction) = (list(start), way.norm(), list(way.normalize()));
+        put!(
+            self,
+            "shape.straight = {{ start_m = {start:?}, direction = {direction:?}, length_m = {length:?}, segments = {segments} }}"
+        );
+        put!(self, "\n[[sheaths]]\nrod = \"wire\"\ninside = \"{name}\"\nclearance_m = {clearance:?}");
+        if self.added.chance(0.7) {
+            put!(self, "friction = {:?}", self.added.uniform(0.0, 0.8));
+        }
+    }
+
     /// What drives a rod through an eyelet, out of a store or not.
     fn feed(&mut self) {
         let mut keys = format!("speed_m_s = {:?}", self.size * self.added.uniform(-0.5, 0.5));
@@ -311,6 +341,8 @@ mod tests {
                     "drives this segment",
                     "sliding joints need",
                     "pulleys need",
+                    "sheaths need",
+                    "around it",
                     "off the pulley's groove",
                     "goes with a rod that has no held segments",
                     "goes with an elastic rod",

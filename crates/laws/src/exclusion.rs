@@ -2,12 +2,13 @@
 
 use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::Range;
 
 use cosserat::state::{Body, Model};
 
 /// Pairs of segments that never touch: joined ones, and neighbours along the rods nearer than half the circumference of
-/// their section.
-pub(crate) struct Excluded(HashSet<(usize, usize)>);
+/// their section. Then pairs of rods that touch each other through sheaths alone.
+pub(crate) struct Excluded(HashSet<(usize, usize)>, Vec<[Range<usize>; 2]>);
 
 impl Excluded {
     pub(crate) fn new(model: &Model) -> Self {
@@ -46,7 +47,7 @@ impl Excluded {
                 }
             }
         }
-        Self(pairs)
+        Self(pairs, model.contacts.sheathed())
     }
 
     /// Whether two segments never touch in this model, as it is now.
@@ -60,6 +61,9 @@ impl Excluded {
             || is_stored(i)
             || is_stored(j)
             || a.body.is_some() && b.body.is_some()
+            || self.1.iter().any(|[inner, outer]| {
+                inner.contains(&i) && outer.contains(&j) || inner.contains(&j) && outer.contains(&i)
+            })
             || self.0.contains(&(i.min(j), i.max(j)))
     }
 }

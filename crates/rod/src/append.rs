@@ -2,14 +2,14 @@
 
 use crate::part::with_motions;
 use crate::{
-    Body, BreakableJoint, Changing, Driven, InelasticJoint, Joint, Load, Model, Motion, Pulley, Segment, SlidingJoint,
-    State,
+    Body, BreakableJoint, Changing, Driven, InelasticJoint, Joint, Load, Model, Motion, Pulley, Segment, Sheath,
+    SlidingJoint, State,
 };
 
 impl Model {
-    /// Adds another model beside this one: its segments, joints, anchors, loads and motions, and what of its loads changes
+    /// Adds another model beside this one: its segments, joints, anchors, loads, motions and sheaths, and what of its loads changes
     /// over time, each after those that there are. What is of the world stays this model's: gravity and its changes, damping,
-    /// contacts, air.
+    /// all other contacts, air.
     pub fn append(&mut self, other: &Model) {
         self.append_after(self.rods(), other);
     }
@@ -38,7 +38,7 @@ impl Model {
             changes,
             gravity: _,
             damping: _,
-            contacts: _,
+            contacts,
             air: _,
             mistake,
         } = other;
@@ -54,6 +54,11 @@ impl Model {
         self.pulleys.extend(pulleys.iter().map(|own| Pulley {
             segments: own.segments.start + segments..own.segments.end + segments,
             holder: moved(own.holder),
+            ..own.clone()
+        }));
+        self.contacts.sheaths.extend(contacts.sheaths.iter().map(|own| Sheath {
+            inner: own.inner.start + segments..own.inner.end + segments,
+            outer: own.outer.start + segments..own.outer.end + segments,
             ..own.clone()
         }));
         let joints = self.joints.len() - joints.len();

@@ -1,5 +1,6 @@
 //! What segments can touch: each other, and obstacles that stand still or follow motions.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
@@ -103,6 +104,21 @@ pub struct Obstacle {
     pub motion: Option<Carried>,
 }
 
+/// A rod runs inside another one: a wire in a cable housing, a tube in a tube. The wall of the outer rod keeps the centre of each segment of the
+/// inner one within the clearance of the outer rod's smooth centreline ([`crate::Centreline`]), and rubs on it where they slide or twist against each
+/// other. It begins and ends with the outer rod, at its two mouths; what is beyond them is free. The two rods do not touch each other otherwise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheath {
+    /// The segments of the rod inside, in order, each joined to the next.
+    pub inner: Range<usize>,
+    /// Those of the rod around it.
+    pub outer: Range<usize>,
+    /// Radius of the bore less the largest radius of the rod inside [m]: above 0, and the bore is within the outer rod.
+    pub clearance: f64,
+    /// Coulomb friction of the two on each other.
+    pub friction: Friction,
+}
+
 /// What segments can touch. The default is nothing, and costs nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contacts {
@@ -110,6 +126,8 @@ pub struct Contacts {
     pub between_segments: Option<Surface>,
     /// What stands about.
     pub obstacles: Vec<Obstacle>,
+    /// Rods that run inside other rods.
+    pub sheaths: Vec<Sheath>,
     /// Whether bodies may overlap at the start. They are moved apart at a bounded speed then; otherwise a model that starts
     /// with an overlap is refused.
     pub allow_overlap: bool,
@@ -118,7 +136,7 @@ pub struct Contacts {
 impl Contacts {
     /// Whether there is nothing to touch.
     pub fn is_empty(&self) -> bool {
-        self.between_segments.is_none() && self.obstacles.is_empty()
+        self.between_segments.is_none() && self.obstacles.is_empty() && self.sheaths.is_empty()
     }
 
     pub(crate) fn validate(&self) -> Result<(), ModelError> {

@@ -7,7 +7,8 @@ use crate::{State, Wrench};
 /// What a segment touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Touched {
-    /// Index into [`crate::Model::segments`], higher than that of the segment that touches it.
+    /// Index into [`crate::Model::segments`], higher than that of the segment that touches it but for the wall of a sheath: that presses on two
+    /// segments where the centreline is between their centres, with an entry for each.
     Segment(usize),
     /// Index into [`crate::Contacts::obstacles`].
     Obstacle(usize),

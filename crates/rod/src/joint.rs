@@ -85,6 +85,9 @@ impl Model {
         if !self.pulleys.is_empty() {
             return Some("pulleys");
         }
+        if !self.contacts.sheaths.is_empty() {
+            return Some("rods in sheaths");
+        }
         if !self.laws.is_empty() {
             return Some("joints that are not elastic");
         }

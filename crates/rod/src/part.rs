@@ -5,8 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::{
-    Body, BreakableJoint, Carried, Change, Changing, Driven, InelasticJoint, JointForce, Load, Model, Motion, Pose,
-    Pulley, SlidingJoint, State,
+    Body, BreakableJoint, Carried, Change, Changing, Contacts, Driven, InelasticJoint, JointForce, Load, Model, Motion,
+    Pose, Pulley, Sheath, SlidingJoint, State,
 };
 
 /// Some rods of a model without the others: see [`Model::part`].
@@ -65,6 +65,10 @@ impl Model {
         let on_pulley = |own: &Pulley| {
             Some(Pulley { segments: segments_of(&own.segments)?, holder: body(own.holder)?, ..own.clone() })
         };
+        let sheath = |own: &Sheath| {
+            let (inner, outer) = (segments_of(&own.inner)?, segments_of(&own.outer)?);
+            Some(Sheath { inner, outer, ..own.clone() })
+        };
         let law = |own: &InelasticJoint| {
             let joint = joints.binary_search(&own.joint).ok()?;
             Some(InelasticJoint { joint, law: own.law.clone() })
@@ -97,7 +101,10 @@ impl Model {
             changes: self.changes.iter().filter_map(change).collect(),
             gravity: self.gravity,
             damping: self.damping,
-            contacts: self.contacts.clone(),
+            contacts: Contacts {
+                sheaths: self.contacts.sheaths.iter().filter_map(sheath).collect(),
+                ..self.contacts.clone()
+            },
             air: self.air.clone(),
             mistake: self.mistake.clone(),
         };

@@ -105,6 +105,7 @@ impl Model {
         not_negative("model", 0, "linear damping", self.damping.linear)?;
         not_negative("model", 0, "angular damping", self.damping.angular)?;
         self.contacts.validate()?;
+        crate::sheath::validate(self)?;
         if let Some(air) = &self.air {
             air.validate()?;
         }

@@ -15,6 +15,7 @@ use crate::shape::number_or;
 use crate::tree::Growth;
 use crate::{
     MAX_SEGMENTS, RunDefaults, Scene, bodies, contact, copies, defaults, eyelet, format, net, probe, pulley, rods,
+    sheath,
 };
 
 /// The scene that `file` describes, its segments cut into parts.
@@ -100,6 +101,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         // Wheels with inertia are bodies.
         entry_of.resize(builder.rods.len(), last.span());
     }
+    let sheaths = sheath::sheaths(&mut builder, source, &file.sheaths)?;
     let probes = probe::probes(&mut builder, source, &file.probes)?;
 
     let Builder { assembly, rods, .. } = builder;
@@ -126,6 +128,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         obstacles,
         eyelets,
         pulleys,
+        sheaths,
         probes,
         from,
         begins_at_rest,

@@ -39,6 +39,7 @@ const FILES: &[(&str, &str)] = files![
     "block-and-tackle",
     "elevator",
     "tendon-robot",
+    "bowden-cable",
     "bent-wire",
     "spaghetti",
     "knot",

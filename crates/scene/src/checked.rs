@@ -31,6 +31,8 @@ pub struct Scene {
     pub eyelets: Vec<String>,
     /// Names of the pulleys, in the order of [`Model::pulleys`].
     pub pulleys: Vec<String>,
+    /// Names of the sheaths, in the order of [`rod::Contacts::sheaths`].
+    pub sheaths: Vec<String>,
     /// Where quantities are read.
     pub probes: Vec<Probe>,
     /// The frame of another run with which it begins, if not with `state`; reading it is up to who runs the scene.

@@ -64,7 +64,14 @@ fn surface(
     friction: &Option<Spanned<format::Friction>>,
     restitution: &Option<format::Number>,
 ) -> Result<Surface> {
-    let friction = match friction.as_ref().map(|key| (key, key.get_ref())) {
+    let friction = self::friction(source, friction)?;
+    let restitution = number_or(restitution, 0.0, |v| source.number(v, |v| (0.0..=1.0).contains(&v), "0 to 1"))?;
+    Ok(Surface { friction, restitution })
+}
+
+/// Friction as a key says; none where it is left out.
+pub(crate) fn friction(source: &Source, friction: &Option<Spanned<format::Friction>>) -> Result<Friction> {
+    Ok(match friction.as_ref().map(|key| (key, key.get_ref())) {
         None => Friction::default(),
         Some((key, format::Friction::One(coefficient))) => {
             if coefficient.is_finite() && *coefficient > LARGEST {
@@ -82,9 +89,7 @@ fn surface(
             }
             Friction { at_rest, sliding }
         }
-    };
-    let restitution = number_or(restitution, 0.0, |v| source.number(v, |v| (0.0..=1.0).contains(&v), "0 to 1"))?;
-    Ok(Surface { friction, restitution })
+    })
 }
 
 fn obstacle_shape(source: &Source, shape: &format::ObstacleShape) -> Result<ObstacleShape> {

@@ -21,6 +21,7 @@ mod place;
 mod probe;
 mod pulley;
 mod section;
+mod sheath;
 
 pub(crate) use body::{Body, BodyShape, Mesh as BodyMesh};
 pub(crate) use contact::{Capsule, Contact, Friction, Obstacle, ObstacleShape, Sphere};
@@ -36,6 +37,7 @@ pub(crate) use place::{Clamp, Face, Place};
 pub(crate) use probe::Probe;
 pub(crate) use pulley::{Drive, Pulley};
 pub(crate) use section::{Bending, Frame, InnerDamping, Piece, Section, Stiffness, Stretch};
+pub(crate) use sheath::Sheath;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -66,6 +68,8 @@ pub(crate) struct File {
     pub(crate) eyelets: Vec<Spanned<Eyelet>>,
     #[serde(default)]
     pub(crate) pulleys: Vec<Spanned<Pulley>>,
+    #[serde(default)]
+    pub(crate) sheaths: Vec<Spanned<Sheath>>,
     #[serde(default)]
     pub(crate) probes: Vec<Spanned<Probe>>,
     #[serde(default)]

@@ -48,6 +48,7 @@ pub mod sampling;
 mod section;
 mod set;
 mod shape;
+mod sheath;
 mod strain;
 mod strands;
 mod strength;

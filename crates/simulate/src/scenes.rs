@@ -153,6 +153,10 @@ pub(crate) fn overlapping(scene: &Scene, args: &SceneArgs, overlap: &Overlap) ->
             let name = scene.obstacles.get(index).cloned().unwrap_or_else(|| format!("obstacle {index}"));
             format!("{first} overlaps {name} (a {kind}) by {depth} m")
         }
+        Overlapped::Sheath { index } => {
+            let name = scene.sheaths.get(index).cloned().unwrap_or_else(|| format!("sheath {index}"));
+            format!("{first} overlaps the wall of {name} by {depth} m")
+        }
     };
     let more = match pairs {
         0 | 1 => String::new(),

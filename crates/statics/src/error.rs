@@ -29,6 +29,9 @@ pub enum StaticError {
     /// Eyelets where nothing knows of them.
     #[error("{0} knows no eyelets, but the model has some; run it with damping instead")]
     Sliding(&'static str),
+    /// A model with sheaths, for what knows none.
+    #[error("{0} knows no sheaths, but the model has some; run it with damping instead")]
+    Sheaths(&'static str),
     /// A model with pulleys, for what knows none.
     #[error("{0} knows no pulleys, but the model has some; run it with damping instead")]
     Pulleys(&'static str),
@@ -94,6 +97,9 @@ pub(super) fn only_elastic(model: &Model, what: &'static str) -> Result<(), Stat
 pub(super) fn without_eyelets(model: &Model, what: &'static str) -> Result<(), StaticError> {
     if !model.pulleys.is_empty() {
         return Err(StaticError::Pulleys(what));
+    }
+    if !model.contacts.sheaths.is_empty() {
+        return Err(StaticError::Sheaths(what));
     }
     if model.sliding_joints.is_empty() { Ok(()) } else { Err(StaticError::Sliding(what)) }
 }

@@ -60,6 +60,9 @@ pub fn rest_shape(model: &mut Model, state: &mut State) -> Result<(), RestShapeE
     if found != expected {
         return Err(RestShapeError::State { found, expected });
     }
+    if !model.contacts.sheaths.is_empty() {
+        return Err(RestShapeError::Unknown("sheaths"));
+    }
     if !model.contacts.is_empty() {
         return Err(RestShapeError::Unknown("contacts"));
     }

@@ -26,6 +26,7 @@ mod pulleys;
 mod rest_rotation;
 mod resting;
 mod sections;
+mod sheaths;
 mod spaghetti;
 mod stability;
 mod starts;

@@ -18,8 +18,9 @@ fn what_is_left_out_is_never_done() {
     for known in builtins() {
         let scene = builtin(known.name).unwrap();
         // Eyelets and joints that are not elastic or can break are for one formulation alone.
-        let Model { sliding_joints, pulleys, laws, breakable, .. } = &scene.model;
-        let is_newton = !(sliding_joints.is_empty() && pulleys.is_empty() && laws.is_empty() && breakable.is_empty());
+        let Model { sliding_joints, pulleys, laws, breakable, contacts, .. } = &scene.model;
+        let slides = !(sliding_joints.is_empty() && pulleys.is_empty() && contacts.sheaths.is_empty());
+        let is_newton = slides || !(laws.is_empty() && breakable.is_empty());
         for formulation in Formulation::ALL.into_iter().filter(|of| of.momentum() || !is_newton) {
             let needs = needs(&scene, formulation, 2);
             let done: Vec<_> = needs.left_out.iter().filter(|part| part.count > 0).collect();

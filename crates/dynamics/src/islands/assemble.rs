@@ -55,23 +55,24 @@ pub(crate) struct Assembly {
     taken: Vec<AtomicBool>,
 }
 
-/// Components of a contact's two sides.
+/// Components of a contact's two sides. The wall of a sheath is of one.
 pub(crate) fn components_of(contact: &Contact, shapes: &[Shape]) -> [Option<u32>; 2] {
     let free = |i: u32| {
         let shape = &shapes[i as usize];
         shape.free.then_some(shape.component)
     };
-    [free(contact.key.0), contact.key.1.segment().and_then(free)]
+    [free(contact.key.0), contact.others().find_map(|(other, ..)| free(other))]
 }
 
 /// The sides of a contact that lie in `component`, under its index among a group's.
 fn sides(contact: &Contact, index: u32, shapes: &[Shape], component: u32) -> impl Iterator<Item = Side> {
-    let side = |i: u32, k: usize, sign: f64| {
+    let side = move |(i, arm, sign): (u32, Vec3<f64>, f64)| {
         let shape = &shapes[i as usize];
         let here = shape.free && shape.component == component;
-        here.then(|| articulated::side(index, shape.body, contact.arms[k], &contact.frame, sign))
+        here.then(|| articulated::side(index, shape.body, arm, &contact.frame, sign))
     };
-    [side(contact.key.0, 0, 1.0), contact.key.1.segment().and_then(|i| side(i, 1, -1.0))].into_iter().flatten()
+    let others = contact.others().map(|(other, arm, share)| (other, arm, -share));
+    std::iter::once((contact.key.0, contact.arms[0], 1.0)).chain(others).filter_map(side)
 }
 
 impl Assembly {

@@ -72,7 +72,8 @@ impl Islands {
     pub(crate) fn link_found(&mut self, shared: &Shared) {
         let shapes = shared.detector.shapes();
         for contact in &shared.found {
-            if let Some(other) = contact.key.1.segment() {
+            let others = shared.detector.sheath_of(contact).map(|outer| outer.start).or(contact.key.1.segment());
+            if let Some(other) = others {
                 self.link(shapes[contact.key.0 as usize].component, shapes[other as usize].component);
             }
         }

@@ -206,9 +206,9 @@ impl IslandContacts {
             let dp = correction(components, shape);
             dp.linear.norm_squared() > (shared.params.far_correction * contact.radius).powi(2)
         };
-        self.contacts.iter().any(|contact| {
-            far(contact, contact.key.0) || contact.key.1.segment().is_some_and(|other| far(contact, other))
-        })
+        self.contacts
+            .iter()
+            .any(|contact| far(contact, contact.key.0) || contact.others().any(|(other, ..)| far(contact, other)))
     }
 
     /// Writes the impulses with which contacts begin the step to the components' `pushes`.
@@ -519,8 +519,8 @@ fn push(
         *impulse = impulse.plus(Spatial { linear: f, angular: arm.cross(f) }, 1.0);
     };
     add(contact.key.0, f, contact.arms[0]);
-    if let Some(other) = contact.key.1.segment() {
-        add(other, -f, contact.arms[1]);
+    for (other, arm, share) in contact.others() {
+        add(other, -f * share, arm);
     }
 }
 

@@ -106,28 +106,40 @@ impl Shared {
     /// What the contacts that press give the segments, in the order of their keys, at the end of the last step.
     pub(crate) fn forces(&self, sets: &[Box<ConnectedSet>]) -> impl Iterator<Item = ContactForce> {
         let shapes = self.detector.shapes();
-        self.pressing.iter().map(move |contact| {
+        let centre = move |i: u32| {
+            let shape = &shapes[i as usize];
+            sets[shape.component as usize].component.poses[shape.body as usize].x
+        };
+        self.pressing.iter().flat_map(move |contact| {
             let (segment, partner, _) = contact.key;
-            let shape = &shapes[segment as usize];
-            let centre = sets[shape.component as usize].component.poses[shape.body as usize].x;
             let per_dt2 = if contact.effective_dt > 0.0 { contact.effective_dt.powi(-2) } else { 0.0 };
-            ContactForce {
+            let whole = ContactForce {
                 segment: segment as usize,
                 other: match partner.segment() {
                     Some(i) => Touched::Segment(i as usize),
                     None => Touched::Obstacle(partner.obstacle().unwrap_or_default() as usize),
                 },
-                place: to_nalgebra(centre + contact.arms[0]),
+                place: to_nalgebra(centre(segment) + contact.arms[0]),
                 normal: to_nalgebra(contact.normal),
                 force: to_nalgebra(contact.impulse) * per_dt2,
                 slip: to_nalgebra(contact.slip),
-            }
+            };
+            // Each segment of a sheath's wall has its share where it takes it.
+            let shares = contact.others().filter(|_| contact.is_of_sheath());
+            let shares = shares.map(move |(other, arm, share)| ContactForce {
+                other: Touched::Segment(other as usize),
+                place: to_nalgebra(centre(other) + arm),
+                force: whole.force * share,
+                ..whole
+            });
+            (!contact.is_of_sheath()).then_some(whole).into_iter().chain(shares)
         })
     }
 
     /// Finds the possible contacts of a step over `interval` of all sets, whose predictions are made.
     pub(crate) fn find(&mut self, interval: Interval, components: &Sets<'_>, counters: &mut Counters) {
         self.detector.place_obstacles(interval);
+        self.detector.follow_sheaths(components);
         self.found.clone_from(&self.pressing);
         let Self { detector, search, found, remembered, .. } = self;
         warm_start::find(detector, search, false, components, found, remembered);

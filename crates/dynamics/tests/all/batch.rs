@@ -114,6 +114,7 @@ fn falling(k: usize) -> (Model, State) {
         between_segments: Some(surface),
         obstacles: vec![Obstacle::new(ground, surface)],
         allow_overlap: false,
+        sheaths: Vec::new(),
     };
     assembly.finish()
 }

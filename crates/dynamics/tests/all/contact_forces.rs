@@ -30,6 +30,7 @@ fn lying(rods: usize, slope: f64, friction: f64) -> (Model, State) {
         between_segments: (rods > 1).then_some(surface),
         obstacles: vec![Obstacle::new(shape, surface)],
         allow_overlap: false,
+        sheaths: Vec::new(),
     };
     assembly.finish()
 }

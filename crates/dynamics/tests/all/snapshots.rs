@@ -163,6 +163,7 @@ fn heap() -> (Model, State) {
         between_segments: Some(surface),
         obstacles: vec![Obstacle::new(ground, surface)],
         allow_overlap: false,
+        sheaths: Vec::new(),
     };
     let (model, mut state) = assembly.finish();
     state.velocities.iter_mut().for_each(|v| *v = Vector3::new(0.5, 0.2, 0.0));

@@ -1,9 +1,9 @@
 //! Forces of contacts, and how deep bodies are in each other.
 
-use cosserat::assembly::{Obstacle, ObstacleShape, Surface};
+use cosserat::assembly::{Obstacle, ObstacleShape, Sheath, Surface};
 use cosserat::internals::collision::{TriangleMesh, closest};
 use cosserat::simulation::{ContactForce, StepParams, Touched};
-use cosserat::state::{Body, Joint, State, measure};
+use cosserat::state::{Body, Centreline, Joint, Share, State, measure};
 use nalgebra::Vector3;
 
 use crate::law::{Law, ROUNDING, Violation};
@@ -14,7 +14,12 @@ const SLIDING: f64 = 0.02;
 
 fn surface(step: &Step<'_>, contact: &ContactForce) -> Option<Surface> {
     match contact.other {
-        Touched::Segment(_) => step.model.contacts.between_segments,
+        Touched::Segment(other) => {
+            let contacts = &step.model.contacts;
+            let is_of = |sheath: &&Sheath| sheath.inner.contains(&contact.segment) && sheath.outer.contains(&other);
+            let wall = |sheath: &Sheath| Surface { friction: sheath.friction, restitution: 0.0 };
+            contacts.sheaths.iter().find(is_of).map(wall).or(contacts.between_segments)
+        }
         Touched::Obstacle(k) => Some(step.model.contacts.obstacles[k].surface),
     }
 }
@@ -126,6 +131,31 @@ fn gaping(step: &Step<'_>, i: usize) -> f64 {
     step.joints().map(|(_, joint, _)| joint).filter(meets).map(gap).fold(0.0, f64::max)
 }
 
+/// The distance of a segment's centre from the smooth centreline of a sheath [m]; `None` where the nearest place is beyond a mouth.
+fn from_centreline(sheath: &Sheath, line: &Centreline, state: &State, i: usize) -> Option<f64> {
+    let point = |place: f64| {
+        let share = |share: Share| {
+            let k = sheath.outer.start + share.segment;
+            state.positions[k] * share.position[0] + state.axis(k) * share.axis[0]
+        };
+        line.at(place).into_iter().map(share).sum::<Vector3<f64>>()
+    };
+    let distance = |place: f64| (state.positions[i] - point(place)).norm();
+    // The nearest of eight places a segment, then the nearest place by it.
+    let count = 8 * line.segments();
+    let step = line.length() / count as f64;
+    let nearest = (0..=count).min_by(|&a, &b| distance(a as f64 * step).total_cmp(&distance(b as f64 * step)))?;
+    if nearest == 0 || nearest == count {
+        return None;
+    }
+    let [mut from, mut to] = [nearest as f64 - 1.0, nearest as f64 + 1.0].map(|k| k * step);
+    for _ in 0..60 {
+        let [a, b] = [from + (to - from) / 3.0, to - (to - from) / 3.0];
+        if distance(a) < distance(b) { to = b } else { from = a }
+    }
+    Some(distance(0.5 * (from + to)))
+}
+
 /// How deep axes with their radii are in each other, and in obstacles.
 pub(super) fn depth(step: &Step<'_>, violations: &mut Vec<Violation>) {
     let model = step.model;
@@ -157,6 +187,20 @@ pub(super) fn depth(step: &Step<'_>, violations: &mut Vec<Violation>) {
                     found / radius,
                     step.status.name()
                 )
+            });
+        }
+    }
+    for (k, sheath) in model.contacts.sheaths.iter().enumerate() {
+        let line = sheath.centreline(model);
+        for i in sheath.inner.clone().filter(|&i| step.is_free(i) || sheath.outer.clone().any(|j| step.is_free(j))) {
+            let [old, new] = [before, after].map(|state| from_centreline(sheath, &line, state, i));
+            let radius = model.segments[i].radius;
+            let room = sheath.bore(model) - radius;
+            let was_inside = old.is_some_and(|old| old < room + 2.0 * tolerance * radius);
+            let (true, Some(new)) = (was_inside, new) else { continue };
+            let allowed = tolerance * radius * 1.01 + 1e-9 * radius;
+            step.hold(violations, Law::Depth, new - room, allowed, || {
+                format!("segment {i} is {:.3e} radii deep in the wall of sheath {k}", (new - room) / radius)
             });
         }
     }

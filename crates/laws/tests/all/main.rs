@@ -26,7 +26,7 @@ fn every_feature_is_drawn() {
     let others =
         "branch_of,branch_joint,[[bodies]],[[joins]],[[nets]],tree =,heap =,strands =,[[copies]],rest-rotation";
     let contacts = "[[obstacles]],{ plane =,{ sphere =,{ capsule =,{ box =,{ cylinder =,{ mesh =,obstacles.motion,friction =,at_rest,\
-                    restitution,[contact]";
+                    restitution,[contact],[[sheaths]]";
     let features = [methods, makings, holds, loads, others, contacts].into_iter().flat_map(|all| all.split(','));
     let shapes = shapes.split(',').map(|shape| format!("shape.{shape}"));
     let missing: Vec<_> =

@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../../README.md");
 const RECIPES: &str = include_str!("../../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 70] = [
+const PROBES: [&str; 71] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -64,6 +64,7 @@ const PROBES: [&str; 70] = [
     "eyelets = [{ feed.zzz = 1 }]",
     "pulleys = [{ zzz = 1 }]",
     "pulleys = [{ drive.zzz = 1 }]",
+    "sheaths = [{ zzz = 1 }]",
     "rods = [{ section.zzz = 1 }]",
     "rods = [{ section.circle.zzz = 1 }]",
     "rods = [{ section.tube.zzz = 1 }]",
@@ -89,8 +90,12 @@ fn every_key_is_documented_and_tried() {
         keys.extend(known.split('`').skip(1).step_by(2).map(str::to_owned));
     }
     assert!(keys.len() > 50, "{keys:?}");
-    let everything =
-        concat!(include_str!("../everything.toml"), include_str!("../bodies.toml"), include_str!("../pulleys.toml"));
+    let everything = concat!(
+        include_str!("../everything.toml"),
+        include_str!("../bodies.toml"),
+        include_str!("../pulleys.toml"),
+        include_str!("../sheaths.toml")
+    );
     // The file has constant gravity, which does not go with the other.
     for key in
         keys.iter().filter(|key| !["zero", "initial", "gravity_over_time", "values_m_s2"].contains(&key.as_str()))
@@ -111,7 +116,7 @@ fn the_examples_are_scenes() {
             scenes += 1;
         }
     }
-    assert_eq!(scenes, 15);
+    assert_eq!(scenes, 16);
 }
 
 /// Every recipe is a scene; the tables that it names stand below it.
@@ -136,7 +141,7 @@ fn the_recipes_are_scenes() {
         }
         scenes += 1;
     }
-    assert_eq!(scenes, 15);
+    assert_eq!(scenes, 16);
 }
 
 #[test]

@@ -35,7 +35,7 @@ mistakes! {
     unit_left_out: "length_m = 4" => "length = 4",
         "12: rods[0].shape.straight.length is not a known key (did you mean `length_m`?); expected one of `start_m`, `direction`, `angle_deg`, `length_m`, `segments`";
     unknown_table: "[run]" => "[runs]",
-        "3: runs is not a known key (did you mean `run`?); expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `bending`, `contact`, `obstacles`, `air`, `bodies`, `rods`, `nets`, `joins`, `eyelets`, `pulleys`, `probes`, `copies`";
+        "3: runs is not a known key (did you mean `run`?); expected one of `description`, `gravity_m_s2`, `gravity_over_time`, `run`, `damping`, `bending`, `contact`, `obstacles`, `air`, `bodies`, `rods`, `nets`, `joins`, `eyelets`, `pulleys`, `sheaths`, `probes`, `copies`";
     unknown_shape: "shape.straight" => "shape.strait",
         "11: rods[0].shape.strait is not a known key (did you mean `straight`?); expected one of `straight`, `helix`, `arc`, `ring`, `polyline`, `knot`, `hung`, `curve`, `usd`";
     two_shapes: END => "segments = 30\n[rods.shape.ring]\nradius_m = 1\nsegments = 5\n",

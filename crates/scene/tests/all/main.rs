@@ -18,6 +18,7 @@ mod pulleys;
 mod refined;
 mod set;
 mod shapes;
+mod sheaths;
 mod text;
 mod usd;
 mod weave;

@@ -57,7 +57,13 @@ fn assert_same(scene: &Scene, fine: &Scene, k: usize) {
     let first = |i: usize| i.min(bodies) + k * i.saturating_sub(bodies);
     assert_eq!(fine.model.segments.len(), first(model.segments.len()), "{name}");
     assert_eq!((&fine.name, fine.run, &fine.obstacles), (&scene.name, scene.run, &scene.obstacles));
-    assert_eq!((&fine.model.contacts, &fine.model.air), (&model.contacts, &model.air), "{name}");
+    let mut contacts = model.contacts.clone();
+    for sheath in &mut contacts.sheaths {
+        for rod in [&mut sheath.inner, &mut sheath.outer] {
+            *rod = first(rod.start)..first(rod.end);
+        }
+    }
+    assert_eq!((&fine.model.contacts, &fine.model.air), (&contacts, &model.air), "{name}");
     for (rod, cut) in scene.rods.iter().zip(&fine.rods) {
         assert_eq!((&rod.name, rod.closed), (&cut.name, cut.closed));
         assert_eq!(first(rod.segments.start)..first(rod.segments.end), cut.segments, "{name}");

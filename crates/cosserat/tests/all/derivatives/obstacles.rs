@@ -12,7 +12,7 @@ use super::common::{Seen, assert_agree, carried, of_second_order, read, reading,
 
 const DT: f64 = 5e-3;
 /// Share of a variation by which differences go to either side.
-const STEP: f64 = 1e-4;
+const STEP: f64 = 5e-5;
 
 struct Case {
     name: &'static str,
