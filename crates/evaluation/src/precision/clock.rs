@@ -1,6 +1,6 @@
 //! Times that other programs on the same machine do not lengthen.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::clock::thread_time;
 use crate::guesses::Spread;
@@ -33,6 +33,8 @@ pub(super) fn of_run(repetitions: &[Vec<f64>], unit: f64) -> Option<Spread> {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     #[test]
