@@ -16,6 +16,9 @@ use crate::inelastic::{
 };
 use crate::inelastic_modes::drooping;
 
+/// A moment by the curvature.
+type Curve<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
+
 fn rest(model: &Model, state: &mut State) -> Vec<JointForce> {
     let found = equilibrium(model, state, &StaticParams::default()).unwrap();
     assert!(found.converged, "{} solves, moved {:e}", found.steps, found.movement);
@@ -156,7 +159,7 @@ fn a_path_goes_along_the_curve_of_a_law_and_back() {
     let curve = |bent: f64| {
         bending() * [bent, 0.1 + 0.5 * (bent - 0.1), 0.2 + 0.2 * (bent - 0.3)].into_iter().fold(bent, f64::min)
     };
-    let cases: [(JointLaw, Box<dyn Fn(f64) -> f64>, Box<dyn Fn(f64) -> f64>); 5] = [
+    let cases: [(JointLaw, Curve<'_>, Curve<'_>); 5] = [
         (plastic(0.0, hardening), Box::new(bilinear), Box::new(move |bent| bilinear(most) - bending() * (most - bent))),
         (
             JointLaw::Friction(StrandFriction { moment: friction, stiffness: sticking }),
