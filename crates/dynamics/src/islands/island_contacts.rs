@@ -442,22 +442,16 @@ impl IslandContacts {
 
     /// Whether there is an impact in the step as it is.
     pub(crate) fn has_impact(&self) -> bool {
-        let pressed = |contact: &Contact| match contact.pressed < IMPACT && !self.pressed.is_empty() {
-            true => contact.pressed.max(warm_start::before(&self.pressed, contact)),
-            false => contact.pressed,
-        };
-        self.contacts.iter().any(|contact| contact.impulse != Vec3::zero() && pressed(contact) < IMPACT)
+        let hits = |contact: &Contact| presses(contact) && pressed_before(contact, &self.pressed) < IMPACT;
+        self.contacts.iter().any(hits)
     }
 
     /// Ends a step that is accepted; returns whether there was an impact in it.
     pub(crate) fn end_step(&mut self, shared: &Shared) -> bool {
         let impact = self.has_impact();
         for contact in &mut self.contacts {
-            let presses = contact.impulse != Vec3::zero();
-            if presses && contact.pressed < IMPACT && !self.pressed.is_empty() {
-                contact.pressed = contact.pressed.max(warm_start::before(&self.pressed, contact));
-            }
-            contact.pressed = if presses { contact.pressed.saturating_add(1) } else { 0 };
+            let before = pressed_before(contact, &self.pressed);
+            contact.pressed = if presses(contact) { before.saturating_add(1) } else { 0 };
             contact.slips_at[1] = contact.slips_at[0];
         }
         self.search.keep();
@@ -485,6 +479,19 @@ impl IslandContacts {
         for contact in &mut self.contacts {
             (contact.impulse, contact.applied) = (Vec3::zero(), Vec3::zero());
         }
+    }
+}
+
+/// Whether a contact bears anything.
+fn presses(contact: &Contact) -> bool {
+    contact.impulse != Vec3::zero()
+}
+
+/// Steps in a row before this one in which a contact has pressed, or another one with the same mesh did in its place.
+fn pressed_before(contact: &Contact, pressed: &[Pressed]) -> u32 {
+    match contact.pressed < IMPACT && !pressed.is_empty() {
+        true => contact.pressed.max(warm_start::before(pressed, contact)),
+        false => contact.pressed,
     }
 }
 
