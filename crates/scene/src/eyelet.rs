@@ -8,7 +8,7 @@ use crate::builder::{Builder, Spot};
 use crate::error::{Result, Source};
 use crate::format;
 use crate::motion::{Prepared, ascending, one_a_time};
-use crate::probe::unique_name;
+use crate::probe::add_named;
 use crate::shape::number_or;
 
 /// Adds the scene's eyelets to the model; returns their names.
@@ -17,13 +17,7 @@ pub(crate) fn eyelets(
     source: &Source,
     entries: &[Spanned<format::Eyelet>],
 ) -> Result<Vec<String>> {
-    let mut names: Vec<String> = Vec::with_capacity(entries.len());
-    for entry in entries {
-        let name = unique_name(source, (entry.get_ref().name.as_ref(), entry.span()), ("eyelet", &names))?;
-        add(builder, source, entry)?;
-        names.push(name);
-    }
-    Ok(names)
+    add_named(source, "eyelet", entries, |own| own.name.as_ref(), |entry, _| add(builder, source, entry))
 }
 
 /// An eyelet is where its rod is at the start.

@@ -82,11 +82,31 @@ fn probe(builder: &mut Builder, source: &Source, k: usize, entry: &Spanned<forma
     Ok(Probe { quantities: found, ..probe })
 }
 
+/// Adds entries of a kind, one after the other, each with its name, or `kind-k`; returns the names.
+///
+/// # Errors
+/// If a name is not plain, or another entry has it, and those of `add`.
+pub(crate) fn add_named<E>(
+    source: &Source,
+    kind: &str,
+    entries: &[Spanned<E>],
+    name_of: impl Fn(&E) -> Option<&Spanned<String>>,
+    mut add: impl FnMut(&Spanned<E>, &str) -> Result<()>,
+) -> Result<Vec<String>> {
+    let mut names: Vec<String> = Vec::with_capacity(entries.len());
+    for entry in entries {
+        let name = unique_name(source, (name_of(entry.get_ref()), entry.span()), (kind, &names))?;
+        add(entry, &name)?;
+        names.push(name);
+    }
+    Ok(names)
+}
+
 /// An entry's name, or `kind-k`; `names` are those of the entries before.
 ///
 /// # Errors
 /// If it is not plain, or another has it.
-pub(crate) fn unique_name(
+fn unique_name(
     source: &Source,
     (name, entry): (Option<&Spanned<String>>, Range<usize>),
     (kind, names): (&str, &[String]),

@@ -8,7 +8,7 @@ use crate::builder::{Builder, Spot};
 use crate::error::{Result, Source};
 use crate::format;
 use crate::motion::{Prepared, ascending, one_a_time};
-use crate::probe::unique_name;
+use crate::probe::add_named;
 use crate::shape::number_or;
 
 /// Adds the scene's pulleys to the model; returns their names.
@@ -17,13 +17,7 @@ pub(crate) fn pulleys(
     source: &Source,
     entries: &[Spanned<format::Pulley>],
 ) -> Result<Vec<String>> {
-    let mut names: Vec<String> = Vec::with_capacity(entries.len());
-    for entry in entries {
-        let name = unique_name(source, (entry.get_ref().name.as_ref(), entry.span()), ("pulley", &names))?;
-        add(builder, source, entry, &name)?;
-        names.push(name);
-    }
-    Ok(names)
+    add_named(source, "pulley", entries, |own| own.name.as_ref(), |entry, name| add(builder, source, entry, name))
 }
 
 fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Pulley>, name: &str) -> Result<()> {

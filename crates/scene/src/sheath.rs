@@ -9,7 +9,7 @@ use crate::builder::Builder;
 use crate::contact::friction;
 use crate::error::{Result, Source};
 use crate::format;
-use crate::probe::unique_name;
+use crate::probe::add_named;
 
 /// Adds the scene's sheaths to the model; returns their names.
 pub(crate) fn sheaths(
@@ -17,13 +17,7 @@ pub(crate) fn sheaths(
     source: &Source,
     entries: &[Spanned<format::Sheath>],
 ) -> Result<Vec<String>> {
-    let mut names: Vec<String> = Vec::with_capacity(entries.len());
-    for entry in entries {
-        let name = unique_name(source, (entry.get_ref().name.as_ref(), entry.span()), ("sheath", &names))?;
-        add(builder, source, entry)?;
-        names.push(name);
-    }
-    Ok(names)
+    add_named(source, "sheath", entries, |own| own.name.as_ref(), |entry, _| add(builder, source, entry))
 }
 
 fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Sheath>) -> Result<()> {
