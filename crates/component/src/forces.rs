@@ -1,4 +1,4 @@
-//! Loads and gravity: what they are in the step under way.
+//! Loads, gravity and rest shapes: what they are in the step under way.
 
 mod step;
 
@@ -6,23 +6,24 @@ use std::sync::Arc;
 
 use rod::Track;
 
-/// A load or gravity that changes over time, in one lane.
+/// A load, gravity or rest shape that changes over time, in one lane.
 #[derive(Clone, Debug)]
-pub(super) struct ChangingForce {
+pub(super) struct Varying {
     pub(super) lane: usize,
-    of: Force,
+    of: Target,
     track: Arc<Track>,
 }
 
-/// What changes: loads by their places in the component.
+/// What changes: loads and joints by their places in the component.
 #[derive(Clone, Copy, Debug)]
-enum Force {
+enum Target {
     Gravity,
     Load(usize),
     Torque(usize),
+    Rest(usize),
 }
 
-impl ChangingForce {
+impl Varying {
     /// The same of a component of its own.
     pub(super) fn alone(&self) -> Self {
         Self { lane: 0, ..self.clone() }

@@ -184,7 +184,7 @@ pub struct Component<T> {
     extras: joint_extras::JointExtras<T>,
     loads: Vec<BodyLoad<T>>,
     /// Loads and gravity that change over time.
-    changing: Vec<forces::ChangingForce>,
+    changing: Vec<forces::Varying>,
     /// Rigid bodies that move freely.
     rigid: Vec<rigid::Rigid<T>>,
     /// The air, if there is any.

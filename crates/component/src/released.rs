@@ -46,11 +46,6 @@ impl Released {
     pub(super) fn opens(&self, joint: usize) -> bool {
         self.is_apart() && self.joint == joint
     }
-
-    /// The joint, if it turns freely whether a grip is open or not.
-    pub(super) fn turning(&self) -> Option<usize> {
-        (self.turns != Turns::None).then_some(self.joint)
-    }
 }
 
 /// Whether a model has joints that leave something free, at the start or later.

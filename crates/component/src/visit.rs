@@ -4,7 +4,6 @@ use kernels::lane::Real;
 
 use super::Component;
 use super::constants::BodyLoad;
-use super::released::Released;
 use crate::snapshot::StateVisitor;
 
 impl<T: Real> Component<T> {
@@ -33,7 +32,7 @@ impl<T: Real> Component<T> {
             moved: _,
             rigid,
             joints,
-            released,
+            released: _,
             eyelets: _,
             laws: _,
             breakable: _,
@@ -80,8 +79,8 @@ impl<T: Real> Component<T> {
             visitor.flag(turns);
         });
         visitor.list(rigid, |visitor, body| body.visit_state(visitor));
-        // What joints that turn freely have turned by, with which open grips go on.
-        released.iter().filter_map(Released::turning).for_each(|joint| visitor.vector(&mut joints[joint].rest_darboux));
+        // Joints that turn freely go on as open grips with what they have turned by; the others' may be set.
+        joints.iter_mut().for_each(|joint| visitor.vector(&mut joint.rest_darboux));
         visitor.vector(gravity);
         visitor.real(last_dt);
         visitor.real(last_effective);

@@ -245,6 +245,18 @@ impl Batch {
         self.worlds[*world].simulation.set_load(loads.start + index, force, torque)
     }
 
+    /// Changes the rest of a joint of a copy from the next step on, as [`Simulation::set_rest`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn set_rest(&mut self, copy: usize, joint: usize, darboux: Vector3<f64>) -> Result<(), SimulationError> {
+        let Place { world, joints, .. } = &self.copies[copy];
+        if joint >= joints.len() {
+            return Err(SimulationError::NoJoint { index: joint, count: joints.len() });
+        }
+        self.worlds[*world].simulation.set_rest(joints.start + joint, darboux)
+    }
+
     /// All that the steps to come depend on, to go on from again and again: see [`Simulation::snapshot`].
     pub fn snapshot(&mut self) -> Vec<Snapshot> {
         self.worlds.iter_mut().map(|world| world.simulation.snapshot()).collect()

@@ -12,6 +12,7 @@ use jointed::linear::compliance::Compliance;
 use jointed::linear::solvers::{SolverError, SolverKind};
 use jointed::topology::Topology;
 use kernels::Spatial;
+use nalgebra::Vector3;
 use rod::{Body, Pose, State};
 
 use crate::attempt::{Attempt, Exact, TangentChoice, attempt, attempt_exactly, count_step, finish};
@@ -149,6 +150,13 @@ impl ConnectedSet {
 
     pub(crate) fn set_velocities(&mut self, state: &State, time: f64) {
         self.component.set_velocities(state, &self.members, 0, time);
+    }
+
+    /// Changes the rest of a joint of the model, if it is one of these.
+    pub(crate) fn set_rest(&mut self, joint: usize, rest: &Vector3<f64>) {
+        if let Ok(place) = self.members.joints.binary_search(&joint) {
+            self.component.set_rest(0, place, rest);
+        }
     }
 
     /// Shows a visitor the component and what its guess and the choice of its tangent have learned; solvers and predictions have no memory.

@@ -8,6 +8,7 @@ use component::{Change, Component, Members};
 use jointed::linear::direct::Direct;
 use jointed::topology::Topology;
 use kernels::lane::{Lanes, Real};
+use nalgebra::Vector3;
 use rod::{Body, JointForce, Model, Pose, State};
 
 use crate::attempt::{Exact, TangentChoice, attempt, attempt_exactly, count_step, finish};
@@ -214,6 +215,15 @@ impl LaneBatch {
     /// Lane and body of a body of the model.
     fn place(&self, body: Body) -> Option<(usize, usize)> {
         self.members.iter().enumerate().find_map(|(lane, members)| Some((lane, members.body(body)?)))
+    }
+
+    /// Changes the rest of a joint of the model, if it is one of these.
+    pub(crate) fn set_rest(&mut self, joint: usize, rest: &Vector3<f64>) {
+        for (lane, members) in self.members.iter().enumerate() {
+            if let Ok(place) = members.joints.binary_search(&joint) {
+                self.component.set_rest(lane, place, rest);
+            }
+        }
     }
 
     pub(crate) fn component_mut(&mut self) -> &mut Component<Lanes<GROUP>> {

@@ -148,6 +148,15 @@ impl Piece {
         }
     }
 
+    /// Changes the rest of a joint of the model, if it is one of these.
+    pub(crate) fn set_rest(&mut self, joint: usize, rest: &Vector3<f64>) {
+        match self {
+            Piece::Single(set) => set.set_rest(joint, rest),
+            Piece::LaneBatch(group) => group.set_rest(joint, rest),
+            Piece::ContactWorld(sets) => sets.sets.iter_mut().for_each(|set| set.set_rest(joint, rest)),
+        }
+    }
+
     /// Changes gravity [m/s^2].
     pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
         match self {

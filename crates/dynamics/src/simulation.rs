@@ -111,10 +111,18 @@ pub enum SimulationError {
         /// Loads that there are.
         count: usize,
     },
-    /// A load or gravity is set that the model changes over time.
+    /// A joint that is not there.
+    #[error("joint {index} does not exist (the model has {count})")]
+    NoJoint {
+        /// The index asked for.
+        index: usize,
+        /// Joints that there are.
+        count: usize,
+    },
+    /// A load, gravity or a rest shape is set that the model changes over time.
     #[error("{0} changes over time as the model says, and cannot be set")]
     Changes(String),
-    /// A force, a torque or gravity that is not finite.
+    /// A force, a torque, gravity or a rest shape that is not finite.
     #[error("{0} must be finite")]
     NotFinite(String),
     /// A copy of a batch that cannot be simulated.
@@ -172,6 +180,8 @@ pub struct Simulation {
     loads_change: Vec<bool>,
     /// Whether it changes gravity.
     gravity_changes: bool,
+    /// Whether it changes the rest of each joint.
+    rests_change: Vec<bool>,
     time: f64,
     /// What rounding has left out of the time [s]: a sum of many steps is as exact as one number can be.
     time_lost: f64,
@@ -341,6 +351,7 @@ impl Simulation {
             moved_anchors: Vec::new(),
             loads_change: (0..model.loads.len()).map(|i| changes(&[Changing::Force(i), Changing::Torque(i)])).collect(),
             gravity_changes: changes(&[Changing::Gravity]),
+            rests_change: model.changing_rests(),
             time: 0.0,
             time_lost: 0.0,
         };
@@ -482,6 +493,25 @@ impl Simulation {
             return Err(SimulationError::NotFinite(what()));
         }
         self.pieces.iter_mut().for_each(|piece| piece.set_gravity(&gravity));
+        Ok(())
+    }
+
+    /// Changes the rest Darboux vector [1/m] of a joint, [`rod::Joint::rest_darboux`], from the next step on: a muscle, a motor, a wire with
+    /// memory. What is measured off a model, energies and strains, takes the model's own: change it there, too.
+    ///
+    /// # Errors
+    /// If there is no such joint, the model changes its rest over time, or a number is not finite.
+    pub fn set_rest(&mut self, joint: usize, darboux: Vector3<f64>) -> Result<(), SimulationError> {
+        let what = || format!("the rest of joint {joint}");
+        match self.rests_change.get(joint) {
+            None => return Err(SimulationError::NoJoint { index: joint, count: self.rests_change.len() }),
+            Some(true) => return Err(SimulationError::Changes(what())),
+            Some(false) => {}
+        }
+        if !darboux.iter().all(|x| x.is_finite()) {
+            return Err(SimulationError::NotFinite(what()));
+        }
+        self.pieces.iter_mut().for_each(|piece| piece.set_rest(joint, &darboux));
         Ok(())
     }
 

@@ -74,6 +74,7 @@ impl Model {
                 Changing::Gravity => Changing::Gravity,
                 Changing::Force(i) => Changing::Force(i + loads),
                 Changing::Torque(i) => Changing::Torque(i + loads),
+                Changing::Rest(i) => Changing::Rest(i + joints),
             };
             change
         }));

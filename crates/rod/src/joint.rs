@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::darboux::rotation_of;
-use crate::{Body, Freedom, InnerDamping, Joint, Model, State};
+use crate::{Body, Changing, Freedom, InnerDamping, Joint, Model, State};
 
 impl Joint {
     /// Compliance of stretch and shear [m/N] up to which a joint does not yield in effect: that of
@@ -57,9 +57,10 @@ impl Joint {
 
 impl Model {
     /// Measures all Darboux vectors from rest ([`Joint::measure_from_rest`]): in the frame of body b where two rods are
-    /// joined, half-way within a rod.
+    /// joined, half-way within a rod. Joints whose rest changes over time stay as they are.
     pub fn measure_from_rest(&mut self) {
-        for joint in &mut self.joints {
+        let changing: Vec<bool> = self.changing_rests();
+        for (joint, _) in self.joints.iter_mut().zip(changing).filter(|(_, changes)| !changes) {
             let rods = [joint.a, joint.b].map(|body| match body {
                 Body::Segment(i) => self.segments.get(i).map(|segment| segment.rod),
                 Body::Anchor(_) => None,
@@ -67,6 +68,19 @@ impl Model {
             let between_two = rods[0].zip(rods[1]).is_some_and(|(a, b)| a != b);
             joint.measure_from_rest(if between_two { 1.0 } else { 0.5 });
         }
+    }
+
+    /// Whether the rest of each joint changes over time.
+    pub fn changing_rests(&self) -> Vec<bool> {
+        let mut changing = vec![false; self.joints.len()];
+        for change in &self.changes {
+            if let Changing::Rest(joint) = change.of
+                && let Some(own) = changing.get_mut(joint)
+            {
+                *own = true;
+            }
+        }
+        changing
     }
 
     /// What this model has that no rod of the paper has, and no learned guess has learned from, in words; `None` where
@@ -93,6 +107,9 @@ impl Model {
         }
         if !self.breakable.is_empty() {
             return Some("joints that can break");
+        }
+        if self.changes.iter().any(|change| matches!(change.of, Changing::Rest(_))) {
+            return Some("rest shapes that change over time");
         }
         if has(&Joint::has_rest_frames) {
             return Some("bending measured from a rest rotation");

@@ -220,7 +220,7 @@ pub struct Model {
     pub breakable: Vec<BreakableJoint>,
     /// Anchors that hold nothing, open grips: their joints transmit nothing, and they go with the faces that they may hold.
     pub open: Vec<usize>,
-    /// Loads and gravity that change over time.
+    /// Loads, gravity and rest shapes that change over time.
     pub changes: Vec<Change>,
     /// Gravitational acceleration [m/s^2]; constant unless [`Model::changes`] names it.
     pub gravity: Vector3<f64>,

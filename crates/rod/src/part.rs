@@ -82,6 +82,7 @@ impl Model {
                 Changing::Gravity => Changing::Gravity,
                 Changing::Force(k) => Changing::Force(*of_load.get(&k)?),
                 Changing::Torque(k) => Changing::Torque(*of_load.get(&k)?),
+                Changing::Rest(k) => Changing::Rest(joints.binary_search(&k).ok()?),
             };
             Some(Change { of, track: change.track.clone() })
         };
@@ -125,7 +126,8 @@ impl Model {
             (load.force, load.torque) = (turn * load.force, turn * load.torque);
         }
         moved.motions = with_motions(&self.motions, |motion| motion.moved(place));
-        for change in moved.changes.iter_mut().filter(|change| change.of != Changing::Gravity) {
+        let turns = |change: &&mut Change| matches!(change.of, Changing::Force(_) | Changing::Torque(_));
+        for change in moved.changes.iter_mut().filter(turns) {
             change.track = Arc::new(change.track.turned(&turn));
         }
         moved

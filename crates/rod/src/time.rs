@@ -1,9 +1,9 @@
-//! A model at a time: anchors, what is held, loads and gravity as they are then.
+//! A model at a time: anchors, what is held, loads, gravity and rest shapes as they are then.
 
 use crate::{Body, Change, Changing, Model};
 
 impl Model {
-    /// Makes anchors, loads and gravity those of `time` [s], and what is held what was in the step that ended then, so that
+    /// Makes anchors, loads, gravity and rest shapes those of `time` [s], and what is held what was in the step that ended then, so that
     /// energies and joints are measured as they are then. What a motion takes hold of on the way is where it says only when
     /// the simulation has told where that was (`Simulation::store_model`).
     pub fn set_time(&mut self, time: f64) {
@@ -26,7 +26,7 @@ impl Model {
         self.set_changing(time);
     }
 
-    /// Makes loads and gravity that change over time those of `time` [s].
+    /// Makes loads, gravity and rest shapes that change over time those of `time` [s].
     pub fn set_changing(&mut self, time: f64) {
         for Change { of, track } in &self.changes {
             let value = track.at(time);
@@ -34,6 +34,7 @@ impl Model {
                 Changing::Gravity => self.gravity = value,
                 Changing::Force(load) => self.loads[load].force = value,
                 Changing::Torque(load) => self.loads[load].torque = value,
+                Changing::Rest(joint) => self.joints[joint].rest_darboux = value,
             }
         }
     }
@@ -43,7 +44,7 @@ impl Model {
         self.motions.iter().any(crate::Driven::is_timed)
     }
 
-    /// Whether anything of it changes over time: anchors, what is held, loads or gravity, and joints that can break.
+    /// Whether anything of it changes over time: anchors, what is held, loads, gravity or rest shapes, and joints that can break.
     pub fn varies(&self) -> bool {
         let varies = |driven: &crate::Driven| driven.is_timed() || matches!(driven.body, Body::Anchor(_));
         !self.changes.is_empty() || !self.breakable.is_empty() || self.motions.iter().any(varies)

@@ -1,4 +1,4 @@
-//! Vectors that change over time: loads and gravity.
+//! Vectors that change over time: loads, gravity and rest shapes.
 
 use std::sync::Arc;
 
@@ -94,6 +94,8 @@ pub enum Changing {
     Force(usize),
     /// The torque of [`crate::Model::loads`]' entry [N m].
     Torque(usize),
+    /// The rest Darboux vector of [`crate::Model::joints`]' entry [1/m].
+    Rest(usize),
 }
 
 /// Something of a model that changes over time, and how.

@@ -252,10 +252,13 @@ fn validate_motions(model: &Model, state: &State) -> Result<(), ModelError> {
 fn validate_changes(model: &Model) -> Result<(), ModelError> {
     let mut first = HashMap::new();
     for (index, change) in model.changes.iter().enumerate() {
-        if let Changing::Force(to) | Changing::Torque(to) = change.of
-            && to >= model.loads.len()
-        {
-            return Err(ModelError::Index { what: "change", index, target: "load", to, count: model.loads.len() });
+        let refers = match change.of {
+            Changing::Gravity => None,
+            Changing::Force(to) | Changing::Torque(to) => Some(("load", to, model.loads.len())),
+            Changing::Rest(to) => Some(("joint", to, model.joints.len())),
+        };
+        if let Some((target, to, count)) = refers.filter(|(_, to, count)| to >= count) {
+            return Err(ModelError::Index { what: "change", index, target, to, count });
         }
         if let Some(other) = first.insert(change.of, index) {
             return Err(ModelError::Twice { index, other });

@@ -159,6 +159,7 @@ pub(crate) struct Rod {
     pub(crate) frame: Option<Frame>,
     pub(crate) twist_deg: Option<Number>,
     pub(crate) rest: Option<Rest>,
+    pub(crate) rest_over_time: Option<Spanned<RestOverTime>>,
     pub(crate) strain: Option<Number>,
     pub(crate) rest_length_m: Option<Number>,
     pub(crate) tension_n: Option<Number>,
@@ -268,6 +269,17 @@ pub(crate) struct Hung {
     pub(crate) segments: Count,
     pub(crate) start_direction: Option<Vector>,
     pub(crate) end_direction: Option<Vector>,
+}
+
+/// The rest shape over time: a list of times with one of vectors, or of a vector a joint; or a file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RestOverTime {
+    pub(crate) times_s: Option<Spanned<Vec<Number>>>,
+    pub(crate) darboux_per_m: Option<Spanned<Vec<Vector>>>,
+    pub(crate) darboux_of_joints_per_m: Option<Spanned<Vec<Spanned<Vec<Vector>>>>>,
+    pub(crate) file: Option<Spanned<String>>,
+    pub(crate) interpolation: Option<Spanned<Interpolation>>,
 }
 
 #[derive(Deserialize)]

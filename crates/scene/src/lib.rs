@@ -43,6 +43,7 @@ mod properties;
 mod pulley;
 mod random;
 mod refine;
+mod rest;
 mod rods;
 pub mod sampling;
 mod section;

@@ -62,7 +62,7 @@ impl Prepared {
     }
 }
 
-fn interpolation(given: &Option<Spanned<format::Interpolation>>) -> Interpolation {
+pub(crate) fn interpolation(given: &Option<Spanned<format::Interpolation>>) -> Interpolation {
     match given.as_ref().map(Spanned::get_ref) {
         Some(format::Interpolation::Held) => Interpolation::Held,
         Some(format::Interpolation::Smooth) => Interpolation::Smooth,

@@ -19,7 +19,7 @@ use crate::strain::strains;
 use crate::strands::Strands;
 use crate::strength::strengths;
 use crate::tree::Growth;
-use crate::{MAX_SEGMENTS, branch, format, properties, section};
+use crate::{MAX_SEGMENTS, branch, format, properties, rest, section};
 
 /// Builds entry `index` of the file's rods: one rod, many strands, or a heap.
 pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &Spanned<format::Rod>) -> Result<()> {
@@ -51,6 +51,7 @@ fn build(
     motions: &[Prepared],
 ) -> Result<()> {
     let rod = entry.get_ref();
+    let first_joint = builder.assembly.model_mut().joints.len();
     let segments = match branch_of {
         Some(Spot::Rod(segment, fraction)) => builder.add_rod(name, spec, Some((segment, fraction))),
         _ => builder.add_rod(name, spec, None),
@@ -59,6 +60,12 @@ fn build(
         builder.assembly.join_body(segments.start, 0.0, body, &at.unwrap_or_default());
     }
     branch::shape_joint(builder, source, rod, branch_of)?;
+    if let Some(course) = &rod.rest_over_time {
+        if rod.rest.is_some() {
+            return source.wrong(course.span(), "does not go with `rest`; leave one of them out");
+        }
+        rest::change(builder, source, course, &segments, first_joint, spec.closed)?;
+    }
     let count = builder.refinement.count(&segments);
     if spec.closed && !rod.clamp.is_empty() {
         return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");

@@ -1,10 +1,11 @@
 //! `simulate static SCENE --along`: the equilibria along what a scene drives and loads.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Error, Result};
-use cosserat::motion::{Changing, Driven};
+use cosserat::motion::{Change, Changing, Driven};
 use cosserat::scene::Scene;
 use cosserat::state::{JointForce, Model, State, measure};
 use cosserat::statics::{PathEnd, PathEvent, PathParams, PathPoint, path};
@@ -50,11 +51,19 @@ fn values(model: &Model, time: f64) -> Vec<(String, f64)> {
     let mut vector = |name: String, unit: &str, value: [f64; 3]| {
         out.extend(["x", "y", "z"].iter().zip(value).map(|(axis, x)| (format!("{name}_{axis}_{unit}"), x)));
     };
-    for change in &model.changes {
+    for (i, change) in model.changes.iter().enumerate() {
+        let is_like_the_last = |last: &Change| {
+            matches!([last.of, change.of], [Changing::Rest(_); 2]) && Arc::ptr_eq(&last.track, &change.track)
+        };
+        // The joints of a rod that change alike need one column.
+        if i.checked_sub(1).is_some_and(|last| is_like_the_last(&model.changes[last])) {
+            continue;
+        }
         let (name, unit) = match change.of {
             Changing::Gravity => ("gravity".to_owned(), "m_s2"),
             Changing::Force(i) => (format!("load_{i}_force"), "n"),
             Changing::Torque(i) => (format!("load_{i}_torque"), "n_m"),
+            Changing::Rest(i) => (format!("joint_{i}_rest"), "per_m"),
         };
         vector(name, unit, change.track.at(time).into());
     }

@@ -126,6 +126,11 @@ pub(crate) fn hash(model: &Model) -> String {
             load.torque.fill(0.0);
         }
     }
+    for (i, joint) in bare.joints.iter_mut().enumerate() {
+        if is_first(&Changing::Rest(i)) {
+            joint.rest_darboux.fill(0.0);
+        }
+    }
     let driven = motions
         .iter()
         .map(|Driven { body, from, until, moves_along, snaps, .. }| (body, from, until, moves_along, snaps));

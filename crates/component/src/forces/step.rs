@@ -1,27 +1,33 @@
-//! Loads and gravity of a component.
+//! Loads, gravity and rest shapes of a component.
 
 use kernels::lane::Real;
 use kernels::math::Vec3;
 use nalgebra::Vector3;
 use rod::{Change, Changing, Model};
 
-use super::{ChangingForce, Force};
+use super::{Target, Varying};
 use crate::constants::BodyLoad;
 use crate::parts::{put, vec3};
 use crate::{Component, Members};
 
 impl<T: Real> Component<T> {
-    /// Adds a model's loads, and what of them and of gravity changes over time, in each of these sets, one a lane.
+    /// Adds a model's loads, and what of them, of gravity and of rest shapes changes over time, in each of these sets, one a
+    /// lane.
     pub(crate) fn add_loads(&mut self, model: &Model, lanes: &[&Members]) {
         for (lane, members) in lanes.iter().enumerate() {
             let changes = |of: Changing| model.changes.iter().filter(move |course| course.of == of);
-            let change = |of: Force| move |course: &Change| ChangingForce { lane, of, track: course.track.clone() };
-            self.changing.extend(changes(Changing::Gravity).map(change(Force::Gravity)));
+            let change = |of: Target| move |course: &Change| Varying { lane, of, track: course.track.clone() };
+            self.changing.extend(changes(Changing::Gravity).map(change(Target::Gravity)));
+            self.changing.extend(model.changes.iter().filter_map(|course| {
+                let Changing::Rest(joint) = course.of else { return None };
+                let place = members.joints.binary_search(&joint).ok()?;
+                Some(change(Target::Rest(place))(course))
+            }));
             for (index, load) in model.loads.iter().enumerate() {
                 let Ok(body) = members.segments.binary_search(&load.segment) else { continue };
                 let place = self.loads.len();
-                self.changing.extend(changes(Changing::Force(index)).map(change(Force::Load(place))));
-                self.changing.extend(changes(Changing::Torque(index)).map(change(Force::Torque(place))));
+                self.changing.extend(changes(Changing::Force(index)).map(change(Target::Load(place))));
+                self.changing.extend(changes(Changing::Torque(index)).map(change(Target::Torque(place))));
                 let turns = turns(load.offset, &load.torque) || changes(Changing::Torque(index)).next().is_some();
                 let zero = Vec3::zero();
                 let mut own = BodyLoad { index, lane, body, offset: T::zero(), force: zero, torque: zero, turns };
@@ -47,14 +53,20 @@ impl<T: Real> Component<T> {
         self.gravity = Vec3(vec3(gravity).map(T::splat));
     }
 
-    /// Makes loads and gravity those of `time` [s].
+    /// Changes the rest Darboux vector [1/m] of a joint of one lane.
+    pub fn set_rest(&mut self, lane: usize, joint: usize, rest: &Vector3<f64>) {
+        put(&mut self.joints[joint].rest_darboux, lane, vec3(rest));
+    }
+
+    /// Makes loads, gravity and rest shapes those of `time` [s].
     pub fn set_forces(&mut self, time: f64) {
-        for ChangingForce { lane, of, track } in &self.changing {
+        for Varying { lane, of, track } in &self.changing {
             let value = vec3(&track.at(time));
             match *of {
-                Force::Gravity => put(&mut self.gravity, *lane, value),
-                Force::Load(place) => put(&mut self.loads[place].force, *lane, value),
-                Force::Torque(place) => put(&mut self.loads[place].torque, *lane, value),
+                Target::Gravity => put(&mut self.gravity, *lane, value),
+                Target::Load(place) => put(&mut self.loads[place].force, *lane, value),
+                Target::Torque(place) => put(&mut self.loads[place].torque, *lane, value),
+                Target::Rest(joint) => put(&mut self.joints[joint].rest_darboux, *lane, value),
             }
         }
     }

@@ -29,6 +29,7 @@ mod prescribed;
 mod projection;
 mod pulleys;
 mod rates;
+mod rests;
 mod sheaths;
 mod sliding;
 mod snapshots;
