@@ -80,7 +80,7 @@ impl Beam {
 
     /// A load at the end face.
     pub fn end_load(&self, rod: &Range<usize>, force: Vector3<f64>, torque: Vector3<f64>) -> Load {
-        Load { segment: rod.end - 1, offset: 0.5 * self.segment_length(), force, torque }
+        Load { segment: rod.end - 1, offset: 0.5 * self.segment_length(), force, torque, follows: false }
     }
 }
 

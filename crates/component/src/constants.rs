@@ -1,7 +1,7 @@
 //! What stays the same of bodies and joints from step to step, and loads.
 
 use kernels::lane::Real;
-use kernels::math::{Sym3, Vec3};
+use kernels::math::{Quat, Sym3, Vec3};
 
 use super::parts::pick;
 
@@ -66,6 +66,14 @@ impl<T: Real> JointConstants<T> {
     }
 }
 
+/// What turns with a body: force and torque in its axes, and the force in world axes that the prediction of a step has added.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Follower<T> {
+    pub(super) force: Vec3<T>,
+    pub(super) torque: Vec3<T>,
+    pub(super) predicted: Vec3<T>,
+}
+
 /// Loads on a body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BodyLoad<T> {
@@ -77,11 +85,38 @@ pub(super) struct BodyLoad<T> {
     pub(super) offset: T,
     pub(super) force: Vec3<T>,
     pub(super) torque: Vec3<T>,
+    /// Of a load that turns with the body: both in its axes, and the force that the prediction of the step has added.
+    pub(super) own: Option<Follower<T>>,
     /// Whether it turns the body.
     pub(super) turns: bool,
 }
 
 impl<T: Real> BodyLoad<T> {
+    /// Force and torque as they are given: in the body's axes if they turn with it.
+    pub(super) fn given(&mut self) -> [&mut Vec3<T>; 2] {
+        match &mut self.own {
+            Some(Follower { force, torque, .. }) => [force, torque],
+            None => [&mut self.force, &mut self.torque],
+        }
+    }
+
+    /// Turns them with the body, which is oriented so; returns by how much the force is not the predicted one.
+    #[inline(always)]
+    pub(super) fn turn(&mut self, q: &Quat<T>) -> Vec3<T> {
+        let Some(own) = &self.own else { return Vec3::zero() };
+        (self.force, self.torque) = (q.rotate(own.force), q.rotate(own.torque));
+        self.force - own.predicted
+    }
+
+    /// Turns them with the body, at the beginning of a step, as [`Self::turn`].
+    #[inline(always)]
+    pub(super) fn begin(&mut self, q: &Quat<T>) {
+        self.turn(q);
+        if let Some(own) = &mut self.own {
+            own.predicted = self.force;
+        }
+    }
+
     pub(super) fn pick(&self, lane: usize) -> BodyLoad<f64> {
         BodyLoad {
             index: self.index,
@@ -90,6 +125,11 @@ impl<T: Real> BodyLoad<T> {
             offset: self.offset.lane(lane),
             force: pick(self.force, lane),
             torque: pick(self.torque, lane),
+            own: self.own.map(|own| Follower {
+                force: pick(own.force, lane),
+                torque: pick(own.torque, lane),
+                predicted: pick(own.predicted, lane),
+            }),
             turns: self.turns,
         }
     }

@@ -9,9 +9,9 @@ use crate::Residuals;
 use crate::formulation::Formulation;
 
 impl Component<f64> {
-    /// Whether a torque of a load turns a segment: fixed in space, it is not the gradient of an energy.
+    /// Whether a torque of a load turns a segment, or a load turns with its segment: neither is the gradient of an energy.
     pub fn has_torques(&self) -> bool {
-        self.loads.iter().any(|load| load.torque != Vec3::zero())
+        self.loads.iter().any(|load| load.torque != Vec3::zero() || load.own.is_some())
     }
 
     /// The size of the sum of weights and loads, and the sum of their sizes [N].
@@ -62,7 +62,8 @@ impl Component<f64> {
     pub fn evaluate_equilibrium(&mut self, forces: &[Spatial<f64>]) -> Residuals<f64> {
         self.pushed.copy_from_slice(forces);
         // Their torques are gathered with the axes of the evaluation.
-        for load in &self.loads {
+        for load in &mut self.loads {
+            load.begin(&self.poses[load.body].q);
             self.pushed[load.body].linear += load.force;
         }
         self.predicted.copy_from_slice(&self.poses);

@@ -251,9 +251,13 @@ impl<T: Real> Component<T> {
         self.momentum.resize(self.scratch.len(), Spatial::zero());
         self.scratch.fill(Spatial::zero());
         let dt2 = self.effective * self.effective;
-        for load in &self.loads {
+        for load in &mut self.loads {
+            let own = &mut self.scratch[load.body];
+            if load.own.is_some() {
+                own.linear += load.turn(&self.poses[load.body].q) * dt2;
+            }
             let arm = self.system.bodies[load.body].axis * load.offset;
-            self.scratch[load.body].angular += (load.torque + arm.cross(load.force)) * dt2;
+            own.angular += (load.torque + arm.cross(load.force)) * dt2;
         }
     }
 

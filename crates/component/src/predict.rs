@@ -52,7 +52,8 @@ impl<T: Real> Component<T> {
         let mut unsolved = T::zero();
         if !self.loads.is_empty() {
             self.scratch.fill(Spatial::zero());
-            for load in &self.loads {
+            for load in &mut self.loads {
+                load.begin(&self.poses[load.body].q);
                 self.scratch[load.body].linear += load.force;
             }
         }

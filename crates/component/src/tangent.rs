@@ -281,7 +281,13 @@ mod tests {
         let mut assembly = Assembly::new(Vector3::zeros());
         let material = Material { youngs_modulus: 1e6, torsion_modulus: 5e5, density: 500.0 };
         let rod = assembly.rod(&RodSpec::new(shape::helix(Vector3::zeros(), 0.3, 0.4, 1.0, 6), 0.02, material));
-        assembly.fix(rod.start).load(Load { segment: 3, offset: 0.04, force, torque: Vector3::zeros() });
+        assembly.fix(rod.start).load(Load {
+            segment: 3,
+            offset: 0.04,
+            force,
+            torque: Vector3::zeros(),
+            follows: false,
+        });
         let sides = Vector3::new(0.1, 0.2, 0.3);
         let body = assembly.body(
             RigidBody::new(BodyShape::Box { sides }, 0.5),

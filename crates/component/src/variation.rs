@@ -32,7 +32,7 @@ pub struct Variation {
 /// A change of a [`rod::Joint`], number by number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointVariation {
-    /// Of [`rod::Joint::rest_darboux`].
+    /// Of [`rod::Joint::rest_darboux`], at all times where it changes.
     pub rest_darboux: Vector3<f64>,
     /// Of [`rod::Joint::stretch_compliance`].
     pub stretch_compliance: f64,

@@ -3,7 +3,7 @@
 use kernels::lane::Real;
 
 use super::Component;
-use super::constants::BodyLoad;
+use super::constants::{BodyLoad, Follower};
 use crate::snapshot::StateVisitor;
 
 impl<T: Real> Component<T> {
@@ -73,9 +73,13 @@ impl<T: Real> Component<T> {
         visitor.list(held, StateVisitor::vector);
         visitor.list(given, StateVisitor::real);
         visitor.flag(has_given);
-        visitor.list(loads, |visitor, BodyLoad { force, torque, turns, .. }| {
+        visitor.list(loads, |visitor, BodyLoad { force, torque, own, turns, .. }| {
             visitor.vector(force);
             visitor.vector(torque);
+            if let Some(Follower { force, torque, predicted: _ }) = own {
+                visitor.vector(force);
+                visitor.vector(torque);
+            }
             visitor.flag(turns);
         });
         visitor.list(rigid, |visitor, body| body.visit_state(visitor));

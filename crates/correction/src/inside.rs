@@ -93,7 +93,13 @@ impl Inside {
             }
         }
         if self.law.moments.is_some() {
-            let load = |segment| Load { segment, offset: 0.0, force: Vector3::zeros(), torque: Vector3::zeros() };
+            let load = |segment| Load {
+                segment,
+                offset: 0.0,
+                force: Vector3::zeros(),
+                torque: Vector3::zeros(),
+                follows: false,
+            };
             model.loads.extend((0..model.segments.len()).map(load));
         }
         Ok((model, state))

@@ -123,8 +123,11 @@ pub(crate) fn record(scene: &Scene, index: u64, config: &Config) -> Result<Recor
     let Some((members, topology)) = sets.pop().filter(|_| sets.is_empty()) else {
         return Err(wrong(format!("{} connected sets of segments, but it must be one", sets.len() + 1)));
     };
-    if model.loads.iter().any(|load| load.torque.norm() > 0.0 || load.offset != 0.0) {
-        return Err(wrong("a load with a torque, which a stored linear system would not hold".to_owned()));
+    if model.loads.iter().any(|load| load.torque.norm() > 0.0 || load.offset != 0.0 || load.follows) {
+        return Err(wrong(
+            "a load with a torque, or one that turns with its segment, which a stored linear system would not hold"
+                .to_owned(),
+        ));
     }
     if !model.motions.is_empty() || !model.changes.is_empty() {
         return Err(wrong("a motion or a load over time, which a stored model would not hold".to_owned()));

@@ -39,7 +39,8 @@ pub fn planar_normal(model: &Model, state: &State) -> Option<Normal> {
 }
 
 fn is_planar(model: &Model, state: &State, normal: Normal) -> bool {
-    if !model.motions.is_empty() || !model.changes.is_empty() {
+    let follows = model.loads.iter().any(|load| load.follows);
+    if !model.motions.is_empty() || !model.changes.is_empty() || follows {
         return false;
     }
     let mut axis = Vector3::zeros();

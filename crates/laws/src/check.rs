@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use cosserat::motion::Changing;
 use cosserat::scene::{self, Scene};
 use cosserat::simulation::{Simulation, Snapshot, Status};
 use cosserat::state::{Body, JointForce, Model, Sliding, State};
@@ -124,6 +125,12 @@ fn begun(model: &Model, time: f64) -> Model {
         }
     }
     begun.set_changing(time);
+    // What a rest that changes stores is work from inside, done before the step.
+    for change in &model.changes {
+        if let Changing::Rest(joint) = change.of {
+            begun.joints[joint].rest_darboux = model.joints[joint].rest_darboux;
+        }
+    }
     begun
 }
 

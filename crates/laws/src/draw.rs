@@ -50,6 +50,8 @@ struct Draft {
     random: Random,
     /// What is drawn from here leaves all else of a scene as it is: features that were added to the first ones.
     added: Random,
+    /// Draws what drives rods from inside and along them: scenes of old seeds keep the rest.
+    driven: Random,
     text: String,
     files: Vec<(String, String)>,
     /// Size of all that is drawn [m].
@@ -78,6 +80,7 @@ impl Draft {
         Self {
             random,
             added,
+            driven: Random::new(!seed, stream),
             text,
             files,
             size,
@@ -181,6 +184,9 @@ impl Draft {
             return;
         }
         put!(self, "\n[air]");
+        if self.driven.chance(0.3) {
+            put!(self, "buoyancy = true");
+        }
         if self.random.chance(0.3) {
             put!(self, "density_kg_m3 = {:?}", self.random.even_log(1.0, 1000.0));
         }

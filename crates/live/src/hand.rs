@@ -20,7 +20,8 @@ const WEIGHT: f64 = 9.81;
 /// The model with a load on each segment that hands can use, without force. Its indices follow those of the model's own loads.
 pub fn with_hands(model: &Model) -> Model {
     let mut model = model.clone();
-    let load = |segment| Load { segment, offset: 0.0, force: Vector3::zeros(), torque: Vector3::zeros() };
+    let load =
+        |segment| Load { segment, offset: 0.0, force: Vector3::zeros(), torque: Vector3::zeros(), follows: false };
     model.loads.extend((0..model.segments.len()).map(load));
     model
 }

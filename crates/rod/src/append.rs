@@ -121,7 +121,13 @@ mod tests {
         let nodes = shape::straight(Vector3::z() * height, Vector3::x(), 1.0, segments);
         let rod = assembly.rod(&RodSpec::new(nodes, 0.01, material));
         assembly.clamp_start(&rod).fix(rod.end - 1);
-        let load = Load { segment: rod.start + 1, offset: 0.0, force: Vector3::y() * height, torque: Vector3::zeros() };
+        let load = Load {
+            segment: rod.start + 1,
+            offset: 0.0,
+            force: Vector3::y() * height,
+            torque: Vector3::zeros(),
+            follows: false,
+        };
         assembly.load(load);
         let (mut model, state) = assembly.finish();
         let motion = Motion::through(&[(0.0, model.anchors[0])], Interpolation::Linear).unwrap();

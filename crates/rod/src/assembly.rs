@@ -8,8 +8,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
 use crate::{
-    Air, Body, BreakableJoint, Damping, Freedom, InelasticJoint, InnerDamping, Joint, JointLaw, Load, Material, Model,
-    ModelError, Mount, Pose, RigidBody, Section, Segment, State, Stiffness, Strength, Stretch,
+    Air, Body, BreakableJoint, Damping, Foundation, Freedom, InelasticJoint, InnerDamping, Joint, JointLaw, Load,
+    Material, Model, ModelError, Mount, Pose, RigidBody, Section, Segment, State, Stiffness, Strength, Stretch,
 };
 
 mod copies;
@@ -298,6 +298,35 @@ impl Assembly {
     pub fn clamp_end(&mut self, rod: &Range<usize>) -> &mut Self {
         self.clamp_face(rod, rod.end.saturating_sub(1), 0.5)
     }
+
+    /// Lays segments on springs that pull their centres to where they are drawn, without moments: one anchor and one joint a segment, so that
+    /// equilibria, modes and derivatives know them. A rod on N segments turns by itself about each centre.
+    pub fn foundation(&mut self, segments: Range<usize>, springs: &Foundation) -> &mut Self {
+        for segment in segments {
+            if !self.has_segments("foundation", &[segment]) {
+                return self;
+            }
+            let (position, orientation) = (self.state.positions[segment], self.state.orientations[segment]);
+            self.model.anchors.push(Pose { position, orientation });
+            let anchor = Body::Anchor(self.model.anchors.len() - 1);
+            let ends = [(anchor, 0.0), (Body::Segment(segment), 0.0)];
+            let joint = self.composed(ends, &[self.half(segment)], segment);
+            let yields = |stiffness: f64| 1.0 / (stiffness * self.model.segments[segment].length).max(Self::SOFTEST);
+            let joint = Joint {
+                stretch_compliance: yields(springs.along),
+                shear_compliance: yields(springs.across),
+                inner_damping: InnerDamping { stretch: springs.damping, ..InnerDamping::NONE },
+                freedom: Freedom::Ball,
+                ..joint
+            };
+            // Springs have neither law nor strength.
+            self.model.joints.push(joint);
+        }
+        self
+    }
+
+    /// Stiffness of a spring that stands for none [N/m].
+    const SOFTEST: f64 = 1e-9;
 
     /// Adds a load.
     pub fn load(&mut self, load: Load) -> &mut Self {

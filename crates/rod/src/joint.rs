@@ -108,6 +108,9 @@ impl Model {
         if !self.breakable.is_empty() {
             return Some("joints that can break");
         }
+        if self.loads.iter().any(|load| load.follows) {
+            return Some("loads that turn with their segments");
+        }
         if self.changes.iter().any(|change| matches!(change.of, Changing::Rest(_))) {
             return Some("rest shapes that change over time");
         }

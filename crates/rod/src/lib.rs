@@ -66,7 +66,7 @@ pub use inelastic::{
 };
 pub use integrator::Integrator;
 pub use joint_force::{JointForce, curvature};
-pub use material::{InnerDamping, Material, Stretch};
+pub use material::{Foundation, InnerDamping, Material, Stretch};
 pub use mesh::{Mesh, MeshError};
 pub use mode::{Mode, Restoring};
 pub use model::{Damping, Joint, Load, Model, Segment};

@@ -27,6 +27,18 @@ impl Stretch {
     pub const SHEAR_FACTOR: f64 = 0.9;
 }
 
+/// Springs to the ground along a rod (a Winkler foundation): soil, tissue, glue. Each point is pulled to where it is drawn by a force per length
+/// that is proportional to its way.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Foundation {
+    /// Stiffness per length across the rod as drawn [N/m^2]; 0 without.
+    pub across: f64,
+    /// The same along the rod.
+    pub along: f64,
+    /// Relaxation time of the damping beside the springs, their force over the rate over their stiffness [s].
+    pub damping: f64,
+}
+
 /// Inner damping (Kelvin-Voigt): a strain that changes is resisted by its stiffness times a relaxation time tau times its
 /// rate, so that a free vibration of circular frequency omega has the damping ratio `omega tau / 2`. Rigid motion loses nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -84,7 +84,8 @@ pub fn energy(model: &Model, state: &State) -> Energy {
             0.5 * segment.mass() * v.norm_squared() + 0.5 * w.dot(&apply_inertia(segment, &state.orientations[i], &w));
         energy.external -= segment.mass() * model.gravity.dot(&state.positions[i]);
     }
-    for load in &model.loads {
+    // Follower loads are the gradient of no energy.
+    for load in model.loads.iter().filter(|load| !load.follows) {
         energy.external -= load.force.dot(&(state.positions[load.segment] + state.axis(load.segment) * load.offset));
     }
     let quotient = |value: f64, compliance: f64| if compliance > 0.0 { value / compliance } else { 0.0 };

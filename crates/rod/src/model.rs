@@ -174,17 +174,27 @@ impl Joint {
     }
 }
 
-/// A load on one segment, in world axes.
+/// A load on one segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
     /// Index of the segment.
     pub segment: usize,
     /// Place along the segment's axis at which the force acts, from its centre [m].
     pub offset: f64,
-    /// Force [N].
+    /// Force [N], in world axes or the segment's.
     pub force: Vector3<f64>,
-    /// Torque [N m].
+    /// Torque [N m], in the same axes.
     pub torque: Vector3<f64>,
+    /// Whether it turns with the segment (a follower load: a thruster, a jet, pressure): force and torque are in the segment's axes.
+    pub follows: bool,
+}
+
+impl Load {
+    /// Force [N] and torque [N m] in world axes, on a segment that is oriented so.
+    pub fn in_world(&self, q: &UnitQuaternion<f64>) -> [Vector3<f64>; 2] {
+        let own = [self.force, self.torque];
+        if self.follows { own.map(|own| q * own) } else { own }
+    }
 }
 
 /// Damping against the still surroundings: velocities decay as exp(-rate t) where nothing else acts.

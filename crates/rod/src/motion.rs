@@ -36,6 +36,9 @@ pub enum KeyframeError {
     /// There are none.
     #[error("there must be at least one keyframe")]
     Empty,
+    /// A course that is to repeat, but ends elsewhere than it begins.
+    #[error("what repeats must end with the value with which it begins")]
+    Repeat,
     /// Times do not increase.
     #[error("keyframe {index}: time {time} s, but it must be later than that of the keyframe before, {before} s")]
     Order {

@@ -122,11 +122,14 @@ impl Model {
             anchor.position = turn * anchor.position + place.position;
             anchor.orientation = turn * anchor.orientation;
         }
-        for load in &mut moved.loads {
+        for load in moved.loads.iter_mut().filter(|load| !load.follows) {
             (load.force, load.torque) = (turn * load.force, turn * load.torque);
         }
         moved.motions = with_motions(&self.motions, |motion| motion.moved(place));
-        let turns = |change: &&mut Change| matches!(change.of, Changing::Force(_) | Changing::Torque(_));
+        let turns = |change: &&mut Change| match change.of {
+            Changing::Force(load) | Changing::Torque(load) => !self.loads[load].follows,
+            Changing::Gravity | Changing::Rest(_) => false,
+        };
         for change in moved.changes.iter_mut().filter(turns) {
             change.track = Arc::new(change.track.turned(&turn));
         }

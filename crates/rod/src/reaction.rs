@@ -99,7 +99,8 @@ impl Reaction {
         }
         for load in &model.loads {
             let arm = after.axis(load.segment) * load.offset;
-            segments[load.segment].loads.add(&load.force, &arm, &load.torque);
+            let [force, torque] = load.in_world(&after.orientations[load.segment]);
+            segments[load.segment].loads.add(&force, &arm, &torque);
         }
         // The wind is the same for all.
         let air = model.air.as_ref().map(|air| (air, air.wind.at(to)));

@@ -12,6 +12,7 @@ use crate::{Interpolation, KeyframeError};
 pub struct Track {
     interpolation: Interpolation,
     knots: Vec<Knot>,
+    repeats: bool,
 }
 
 /// A vector at a time, and its rate of change where the track is smooth.
@@ -56,13 +57,39 @@ impl Track {
                 knots[k].rate = parabola_velocity(spans, here.value - before.value, after.value - here.value);
             }
         }
-        Ok(Self { interpolation, knots })
+        Ok(Self { interpolation, knots, repeats: false })
+    }
+
+    /// The same track, which begins again at its last time, over and over; smooth there, too, where it is smooth.
+    ///
+    /// # Errors
+    /// If it ends with another value than it begins with, or has one value alone.
+    pub fn repeated(mut self) -> Result<Self, KeyframeError> {
+        let [first, .., last] = self.knots[..] else { return Err(KeyframeError::Repeat) };
+        if first.value != last.value {
+            return Err(KeyframeError::Repeat);
+        }
+        let count = self.knots.len();
+        if self.interpolation == Interpolation::Smooth && count > 2 {
+            let (second, before) = (self.knots[1], self.knots[count - 2]);
+            let spans = [last.time - before.time, second.time - first.time];
+            let rate = parabola_velocity(spans, last.value - before.value, second.value - first.value);
+            (self.knots[0].rate, self.knots[count - 1].rate) = (rate, rate);
+        }
+        self.repeats = true;
+        Ok(self)
     }
 
     /// The same track with all its vectors turned.
     pub fn turned(&self, by: &UnitQuaternion<f64>) -> Self {
         let turned = |knot: &Knot| Knot { time: knot.time, value: by * knot.value, rate: by * knot.rate };
-        Self { interpolation: self.interpolation, knots: self.knots.iter().map(turned).collect() }
+        Self { knots: self.knots.iter().map(turned).collect(), ..self.clone() }
+    }
+
+    /// The same track with all its vectors times a number.
+    pub fn scaled(&self, by: f64) -> Self {
+        let scaled = |knot: &Knot| Knot { time: knot.time, value: knot.value * by, rate: knot.rate * by };
+        Self { knots: self.knots.iter().map(scaled).collect(), ..self.clone() }
     }
 
     /// Times at which it is given [s], ascending.
@@ -72,6 +99,9 @@ impl Track {
 
     /// The vector at `time` [s].
     pub fn at(&self, time: f64) -> Vector3<f64> {
+        let (first, last) = (self.knots[0].time, self.knots[self.knots.len() - 1].time);
+        let is_again = self.repeats && time > last;
+        let time = if is_again { first + (time - first).rem_euclid(last - first) } else { time };
         let next = self.knots.partition_point(|knot| knot.time <= time + 1e-14 * time.abs());
         let Some(here) = next.checked_sub(1).map(|k| &self.knots[k]) else { return self.knots[0].value };
         let Some(next) = self.knots.get(next) else { return here.value };
@@ -110,6 +140,20 @@ pub struct Change {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_track_repeats_without_a_kink() {
+        let way = |time: f64| Vector3::new((std::f64::consts::TAU * time).sin(), 0.0, 0.0);
+        let values: Vec<_> = (0..=16).map(|k| (0.5 + f64::from(k) / 16.0, way(f64::from(k % 16) / 16.0))).collect();
+        let track = Track::new(&values, Interpolation::Smooth).unwrap().repeated().unwrap();
+        for k in 0..400 {
+            let time = 0.5 + 0.01 * f64::from(k);
+            assert!((track.at(time) - way(time - 0.5)).norm() < 5e-3, "{time}");
+        }
+        assert_eq!(track.at(0.0), Vector3::zeros());
+        let open = Track::new(&values[..5], Interpolation::Linear).unwrap();
+        assert_eq!(open.repeated(), Err(KeyframeError::Repeat));
+    }
 
     #[test]
     fn a_track_goes_through_its_values() {

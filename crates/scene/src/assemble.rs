@@ -1,9 +1,10 @@
 //! From the file's words to a checked model: every value is checked before anything large is allocated.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
-use rod::{Air, Assembly, Body, Change, Changing, Damping, Gusts, Integrator, ModelError, Wind};
+use rod::{Air, Assembly, Body, Change, Changing, Damping, Gusts, Integrator, Load, Model, ModelError, Wind};
 
 use crate::builder::Builder;
 use crate::error::{Result, Source};
@@ -57,7 +58,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
             return source.wrong(constant.span(), "does not go with `gravity_over_time`; leave one of them out");
         }
         let format::Gravity { times_s, values_m_s2, interpolation } = gravity.get_ref();
-        let track = track(source, times_s, values_m_s2, interpolation, "m/s^2")?;
+        let track = track(source, times_s, values_m_s2, interpolation, false, "m/s^2")?;
         assembly.model_mut().gravity = track.at(0.0);
         assembly.model_mut().changes.push(Change { of: Changing::Gravity, track });
     }
@@ -106,6 +107,9 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
 
     let Builder { assembly, rods, .. } = builder;
     let (mut model, state) = assembly.finish();
+    if file.air.as_ref().is_some_and(|air| air.buoyancy) {
+        lift(&mut model);
+    }
     if file.bending == format::Bending::RestRotation {
         model.measure_from_rest();
     }
@@ -144,6 +148,23 @@ fn air(source: &Source, air: &format::Air) -> Result<Air> {
         tangential_drag: number_or(&air.tangential_drag, defaults::TANGENTIAL_DRAG, drag)?,
         wind: air.wind.as_ref().map_or(Ok(Wind::steady(Vector3::zeros())), |wind| self::wind(source, wind))?,
     })
+}
+
+/// Lets what the air about each segment and body weighs lift it: Archimedes' force, at the centre.
+fn lift(model: &mut Model) {
+    let Some(density) = model.air.as_ref().map(|air| air.density) else { return };
+    let over_time =
+        model.changes.iter().find(|change| change.of == Changing::Gravity).map(|change| change.track.clone());
+    for (i, segment) in model.segments.iter().enumerate() {
+        let round = std::f64::consts::PI * segment.radius.powi(2) * segment.length;
+        let mass = density * segment.body.as_ref().map_or(round, |body| body.shape.volume());
+        if let Some(track) = &over_time {
+            let (of, track) = (Changing::Force(model.loads.len()), Arc::new(track.scaled(-mass)));
+            model.changes.push(Change { of, track });
+        }
+        let (force, zero) = (model.gravity * -mass, Vector3::zeros());
+        model.loads.push(Load { segment: i, offset: 0.0, force, torque: zero, follows: false });
+    }
 }
 
 fn wind(source: &Source, wind: &format::Wind) -> Result<Wind> {

@@ -7,6 +7,7 @@ use toml::Spanned;
 use crate::builder::{Builder, Spot};
 use crate::error::{Result, Source};
 use crate::format::{self, Hold};
+use crate::motor;
 
 /// Makes the joint that was made last what the rod says: free to turn, or as stiff and at rest at the angle that it names.
 pub(crate) fn shape_joint(
@@ -15,7 +16,12 @@ pub(crate) fn shape_joint(
     rod: &format::Rod,
     branch_of: Option<Spot>,
 ) -> Result<()> {
-    let format::Rod { branch_joint, branch_stiffness_n_m_rad: stiffness, branch_rest_deg: rest, .. } = rod;
+    let format::Rod { branch_joint, branch_stiffness_n_m_rad: stiffness, branch_rest_deg: rest, branch_motor, .. } =
+        rod;
+    let is_hinge = branch_joint.as_ref().is_some_and(|joint| *joint.get_ref() == Hold::Hinge);
+    if let (Some(motor), false) = (branch_motor, is_hinge) {
+        return source.wrong(motor.span(), "goes with `branch_joint = \"hinge\"`");
+    }
     let of_rigid = stiffness.as_ref().map(Spanned::span).or(rest.as_ref().map(Spanned::span));
     let Some(span) = branch_joint.as_ref().map(Spanned::span).or(of_rigid.clone()) else { return Ok(()) };
     let Some(Spot::Rod(..)) = branch_of else { return source.wrong(span, "goes with `branch_of` a rod") };
@@ -24,6 +30,9 @@ pub(crate) fn shape_joint(
         return source.wrong(span, "goes with a rigid `branch_joint`");
     }
     builder.free_last_joint(hold);
+    if let Some(own) = branch_motor {
+        motor::add(builder, source, own)?;
+    }
     let stiffness = stiffness.as_ref().map(|list| {
         let [bend, twist] = &list.get_ref().0;
         Ok([source.positive(bend, "N m/rad")?, source.positive(twist, "N m/rad")?])

@@ -133,7 +133,10 @@ impl Builder {
     }
 
     pub(crate) fn join(&mut self, source: &Source, join: &Spanned<format::Join>) -> Result<()> {
-        let format::Join { a, b, joint } = join.get_ref();
+        let format::Join { a, b, joint, motor } = join.get_ref();
+        if let (Some(motor), true) = (motor, *joint != format::Hold::Hinge) {
+            return source.wrong(motor.span(), "goes with `joint = \"hinge\"` between two rods");
+        }
         let spots = [self.spot(source, a)?, self.spot(source, b)?];
         let ((a, fraction_a), (b, fraction_b)) = match spots {
             [Spot::Rod(a, fraction_a), Spot::Rod(b, fraction_b)] => ((a, fraction_a), (b, fraction_b)),
@@ -159,7 +162,7 @@ impl Builder {
         }
         self.join_at((a, fraction_a), (b, fraction_b));
         self.free_last_joint(*joint);
-        Ok(())
+        motor.as_ref().map_or(Ok(()), |motor| crate::motor::add(self, source, motor))
     }
 
     /// Joins a segment to a rigid body: where it is, or at a place that is given.

@@ -42,6 +42,8 @@ const FILES: &[(&str, &str)] = files![
     "bowden-cable",
     "bent-wire",
     "spaghetti",
+    "eel",
+    "hose",
     "knot",
     "small-cantilever",
     "elastica",

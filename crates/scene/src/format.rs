@@ -29,7 +29,7 @@ pub(crate) use curve::{Between, Curve};
 pub(crate) use eyelet::{Eyelet, Feed};
 pub(crate) use law::{MomentTable, Relaxation, StrandFriction, Strength, Unloading, Yield};
 pub(crate) use list::List;
-pub(crate) use load::Load;
+pub(crate) use load::{Foundation, Load, Motor};
 pub(crate) use many::{Copies, Heap, Net, Strands};
 pub(crate) use motion::{Grip, Hold, Interpolation, Motion, Quaternion};
 pub(crate) use number::{Count, Number, Vector};
@@ -115,6 +115,8 @@ pub(crate) struct Air {
     pub(crate) density_kg_m3: Option<Number>,
     pub(crate) normal_drag: Option<Number>,
     pub(crate) tangential_drag: Option<Number>,
+    #[serde(default)]
+    pub(crate) buoyancy: bool,
     pub(crate) wind: Option<Wind>,
 }
 
@@ -167,6 +169,7 @@ pub(crate) struct Rod {
     pub(crate) branch_joint: Option<Spanned<Hold>>,
     pub(crate) branch_stiffness_n_m_rad: Option<Spanned<List<Number, 2>>>,
     pub(crate) branch_rest_deg: Option<Vector>,
+    pub(crate) branch_motor: Option<Spanned<Motor>>,
     #[serde(default)]
     pub(crate) clamp: Vec<Spanned<Clamp>>,
     #[serde(default)]
@@ -184,6 +187,8 @@ pub(crate) struct Rod {
     pub(crate) masses: Vec<Mass>,
     #[serde(default)]
     pub(crate) loads: Vec<Spanned<Load>>,
+    #[serde(default)]
+    pub(crate) foundations: Vec<Spanned<Foundation>>,
     pub(crate) tree: Option<Tree>,
     pub(crate) strands: Option<Strands>,
     pub(crate) heap: Option<Heap>,
@@ -280,6 +285,8 @@ pub(crate) struct RestOverTime {
     pub(crate) darboux_of_joints_per_m: Option<Spanned<Vec<Spanned<Vec<Vector>>>>>,
     pub(crate) file: Option<Spanned<String>>,
     pub(crate) interpolation: Option<Spanned<Interpolation>>,
+    #[serde(default)]
+    pub(crate) repeats: bool,
 }
 
 #[derive(Deserialize)]
@@ -338,6 +345,7 @@ pub(crate) struct Join {
     pub(crate) b: Spanned<Place>,
     #[serde(default)]
     pub(crate) joint: Hold,
+    pub(crate) motor: Option<Spanned<Motor>>,
 }
 
 /// One radius for the whole rod, or a linear taper.

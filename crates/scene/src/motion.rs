@@ -153,16 +153,26 @@ pub(crate) fn track(
     times: &Spanned<Vec<format::Number>>,
     values: &Spanned<Vec<format::Vector>>,
     between: &Option<Spanned<format::Interpolation>>,
+    repeats: bool,
     unit: &str,
 ) -> Result<Arc<Track>> {
     let seconds = ascending(source, times)?;
     one_a_time(source, values, seconds.len())?;
     let vector = |(time, value): (f64, &format::Vector)| Ok((time, source.vector(value, unit)?));
     let values = seconds.into_iter().zip(values.get_ref()).map(vector).collect::<Result<Vec<_>>>()?;
-    match Track::new(&values, interpolation(between)) {
-        Ok(track) => Ok(Arc::new(track)),
-        Err(error) => source.wrong(times.span(), &error.to_string()),
-    }
+    made(source, times.span(), &values, interpolation(between), repeats)
+}
+
+/// The track through these values, over and over if it repeats; `span` stands in errors.
+pub(crate) fn made(
+    source: &Source,
+    span: std::ops::Range<usize>,
+    values: &[(f64, Vector3<f64>)],
+    between: Interpolation,
+    repeats: bool,
+) -> Result<Arc<Track>> {
+    let track = Track::new(values, between).and_then(|track| if repeats { track.repeated() } else { Ok(track) });
+    track.map(Arc::new).or_else(|error| source.wrong(span, &error.to_string()))
 }
 
 pub(crate) fn one_a_time<T>(source: &Source, list: &Spanned<Vec<T>>, count: usize) -> Result<()> {

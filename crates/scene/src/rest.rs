@@ -11,7 +11,7 @@ use crate::builder::Builder;
 use crate::columns::{Table, text};
 use crate::error::{Result, Source, short};
 use crate::format;
-use crate::motion::{ascending, interpolation, one_a_time};
+use crate::motion::{ascending, interpolation, made, one_a_time};
 
 /// Columns of a file.
 const TIME: [&str; 1] = ["time_s"];
@@ -49,7 +49,7 @@ pub(crate) fn change(
     let Course { times, values, smooth } = course(source, entry, of_file - usize::from(!closed), longest)?;
     let track = |values: Vec<Vector3<f64>>| {
         let values: Vec<_> = times.iter().copied().zip(values).collect();
-        Track::new(&values, smooth).map(Arc::new).or_else(|error| source.wrong(entry.span(), &error.to_string()))
+        made(source, entry.span(), &values, smooth, entry.get_ref().repeats)
     };
     let tracks: Vec<Arc<Track>> = if values.iter().all(|values| values.len() == 1) {
         vec![track(values.iter().map(|values| values[0]).collect())?; joints.len()]
@@ -67,7 +67,7 @@ pub(crate) fn change(
 }
 
 fn course(source: &Source, entry: &Spanned<format::RestOverTime>, joints: usize, longest: f64) -> Result<Course> {
-    let format::RestOverTime { times_s, darboux_per_m, darboux_of_joints_per_m, file, interpolation: between } =
+    let format::RestOverTime { times_s, darboux_per_m, darboux_of_joints_per_m, file, interpolation: between, .. } =
         entry.get_ref();
     let smooth = interpolation(between);
     let allowed = || format!("shorter than 2 / segment length = {} [1/m]", short(2.0 / longest));
@@ -90,16 +90,16 @@ fn course(source: &Source, entry: &Spanned<format::RestOverTime>, joints: usize,
             one_a_time(source, list, times.len())?;
             let of_time = |own: &Spanned<Vec<format::Vector>>| match own.get_ref().len() {
                 found if found == joints => own.get_ref().iter().map(vector).collect::<Result<Vec<_>>>(),
-                found => source.wrong(own.span(), &format!("{found} vectors, but there must be one a joint ({joints})")),
+                found => {
+                    source.wrong(own.span(), &format!("{found} vectors, but there must be one a joint ({joints})"))
+                }
             };
             let values = list.get_ref().iter().map(of_time).collect::<Result<_>>()?;
             Ok(Course { times, values, smooth })
         }
         (None, None, None, Some(file)) => read(source, file, joints, smooth, longest),
-        _ => source.wrong(
-            entry.span(),
-            "give `times_s` with `darboux_per_m` or `darboux_of_joints_per_m`, or a `file` alone",
-        ),
+        _ => source
+            .wrong(entry.span(), "give `times_s` with `darboux_per_m` or `darboux_of_joints_per_m`, or a `file` alone"),
     }
 }
 
@@ -128,11 +128,16 @@ fn read(
         let open = course.values.last().filter(|values| values.len() < if joint.is_some() { joints } else { 1 });
         let expected = open.map_or(0, Vec::len);
         if index != expected as f64 {
-            return Err(format!("joint = {index}, but the next one is {expected}: each time has joints 0 to {}", joints - 1));
+            return Err(format!(
+                "joint = {index}, but the next one is {expected}: each time has joints 0 to {}",
+                joints - 1
+            ));
         }
         match (course.times.last(), expected) {
             (Some(&last), 0) if now <= last => return Err(format!("time_s = {now}, but it must be later than {last}")),
-            (Some(&last), 1..) if now != last => return Err(format!("time_s = {now}, but joint {expected} of {last} is missing")),
+            (Some(&last), 1..) if now != last => {
+                return Err(format!("time_s = {now}, but joint {expected} of {last} is missing"));
+            }
             (None, _) if now < 0.0 => return Err(format!("time_s = {now}, but it must be >= 0")),
             _ => {}
         }

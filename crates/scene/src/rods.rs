@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::{Body, Change, Changing, Load, RodSpec};
@@ -19,7 +20,7 @@ use crate::strain::strains;
 use crate::strands::Strands;
 use crate::strength::strengths;
 use crate::tree::Growth;
-use crate::{MAX_SEGMENTS, branch, format, properties, rest, section};
+use crate::{MAX_SEGMENTS, branch, format, foundation, properties, rest, section};
 
 /// Builds entry `index` of the file's rods: one rod, many strands, or a heap.
 pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &Spanned<format::Rod>) -> Result<()> {
@@ -102,6 +103,9 @@ fn build(
     }
     for load in &rod.loads {
         add_load(builder, source, load, &segments, spec.closed)?;
+    }
+    for springs in &rod.foundations {
+        foundation::add(builder, source, springs, &segments)?;
     }
     if let Some(turns) = &rod.first_turns_deg {
         turn(builder, source, turns, &segments, spec.closed)?;
@@ -202,7 +206,14 @@ pub(crate) fn add_forces(
     segment: usize,
     offset: f64,
 ) -> Result<()> {
-    let format::Load { force_n, torque_n_m, times_s, forces_n, torques_n_m, interpolation, .. } = load.get_ref();
+    let format::Load { force_n, torque_n_m, times_s, forces_n, torques_n_m, interpolation, follows, repeats, .. } =
+        load.get_ref();
+    // The axes in which it is given turn with the segment from its first orientation on.
+    let own = if *follows {
+        builder.assembly.state_mut().orientations[segment].inverse()
+    } else {
+        UnitQuaternion::identity()
+    };
     let changes = [forces_n, torques_n_m].into_iter().flatten().next();
     match (times_s, changes) {
         (Some(times), None) => return source.wrong(times.span(), "goes with `forces_n` or `torques_n_m`"),
@@ -222,7 +233,8 @@ pub(crate) fn add_forces(
     }
     let vector =
         |value: &Option<format::Vector>, unit| value.as_ref().map_or(Ok(Vector3::zeros()), |v| source.vector(v, unit));
-    let (mut force, mut torque) = (vector(force_n, "N")?, vector(torque_n_m, "N m")?);
+    let given = (vector(force_n, "N")?, vector(torque_n_m, "N m")?);
+    let (mut force, mut torque) = if *follows { (own * given.0, own * given.1) } else { given };
     let index = builder.assembly.model_mut().loads.len();
     if let Some(times) = times_s {
         let of = [
@@ -231,12 +243,15 @@ pub(crate) fn add_forces(
         ];
         for (list, unit, of, first) in of {
             let Some(list) = list else { continue };
-            let track = track(source, times, list, interpolation, unit)?;
+            let mut track = track(source, times, list, interpolation, *repeats, unit)?;
+            if *follows {
+                track = Arc::new(track.turned(&own));
+            }
             *first = track.at(0.0);
             builder.assembly.model_mut().changes.push(Change { of, track });
         }
     }
-    builder.assembly.load(Load { segment, offset, force, torque });
+    builder.assembly.load(Load { segment, offset, force, torque, follows: *follows });
     Ok(())
 }
 

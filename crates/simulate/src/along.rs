@@ -53,7 +53,8 @@ fn values(model: &Model, time: f64) -> Vec<(String, f64)> {
     };
     for (i, change) in model.changes.iter().enumerate() {
         let is_like_the_last = |last: &Change| {
-            matches!([last.of, change.of], [Changing::Rest(_); 2]) && Arc::ptr_eq(&last.track, &change.track)
+            matches!([last.of, change.of], [Changing::Rest(_), Changing::Rest(_)])
+                && Arc::ptr_eq(&last.track, &change.track)
         };
         // The joints of a rod that change alike need one column.
         if i.checked_sub(1).is_some_and(|last| is_like_the_last(&model.changes[last])) {

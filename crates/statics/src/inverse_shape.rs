@@ -69,6 +69,9 @@ pub fn rest_shape(model: &mut Model, state: &mut State) -> Result<(), RestShapeE
     if !model.sliding_joints.is_empty() {
         return Err(RestShapeError::Unknown("eyelets"));
     }
+    if model.loads.iter().any(|load| load.follows) {
+        return Err(RestShapeError::Unknown("loads that turn with their segments"));
+    }
     if !model.pulleys.is_empty() {
         return Err(RestShapeError::Unknown("pulleys"));
     }

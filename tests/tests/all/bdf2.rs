@@ -334,7 +334,7 @@ fn what_slides_after_an_impact_is_pushed_once() {
     let mut assembly = Assembly::new(GRAVITY);
     let pose = Pose { position: Vector3::z() * 0.05, orientation: UnitQuaternion::identity() };
     let ball = assembly.body(RigidBody::new(BodyShape::Sphere { radius: 0.05 }, 1.0), pose);
-    assembly.load(Load { segment: ball, offset: 0.0, force: Vector3::x(), torque: Vector3::zeros() });
+    assembly.load(Load { segment: ball, offset: 0.0, force: Vector3::x(), torque: Vector3::zeros(), follows: false });
     let floor = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
     let smooth = Surface { friction: Friction::new(0.0), restitution: 0.0 };
     assembly.model_mut().contacts = Contacts { obstacles: vec![Obstacle::new(floor, smooth)], ..Contacts::default() };

@@ -45,6 +45,7 @@ fn model(angle: f64, radius: f64, pull: f64) -> (Model, State) {
         offset: side * 0.5 * direction.norm(),
         force: direction.normalize() * force,
         torque: Vector3::zeros(),
+        follows: false,
     };
     assembly.load(pulled(rope.start, start, -1.0, slack));
     assembly.load(pulled(rope.end - 1, end, 1.0, slack * pull));

@@ -97,7 +97,7 @@ fn nothing_is_said_of_the_stability_of_several_loops_and_of_torques() {
 
     let (mut assembly, rod) = Beam::rubber(10).cantilever(Vector3::zeros());
     let torque = Vector3::y() * 1e-3;
-    assembly.load(Load { segment: rod.end - 1, offset: 0.0, force: Vector3::zeros(), torque });
+    assembly.load(Load { segment: rod.end - 1, offset: 0.0, force: Vector3::zeros(), torque, follows: false });
     let (model, state) = assembly.finish();
     assert_eq!(found(&model, &state, StaticParams::default()).1.stable, None);
 }
@@ -110,7 +110,13 @@ fn what_is_driven_off_is_refused_and_what_floats_is_not() {
         let mut assembly = Assembly::new(Vector3::z() * gravity);
         let rod = assembly.rod(&beam.spec(Vector3::zeros(), Vector3::x()));
         for (&force, segment) in forces.iter().zip([rod.start, rod.end - 1]) {
-            assembly.load(Load { segment, offset: 0.0, force: Vector3::x() * force, torque: Vector3::zeros() });
+            assembly.load(Load {
+                segment,
+                offset: 0.0,
+                force: Vector3::x() * force,
+                torque: Vector3::zeros(),
+                follows: false,
+            });
         }
         let (model, mut state) = assembly.finish();
         equilibrium(&model, &mut state, &StaticParams::default())

@@ -139,7 +139,7 @@ fn on_springs(face: &str, lines: &str, force: Vector3<f64>) -> (scene::Scene, na
     let mut scene = scene::parse(&text, "x.toml").unwrap();
     let axes = scene.state.orientations[0].to_rotation_matrix().into_inner();
     let (segment, offset) = if face == "start-face" { (0, -0.05) } else { (1, 0.05) };
-    let load = Load { segment, offset, force: axes * force, torque: Vector3::zeros() };
+    let load = Load { segment, offset, force: axes * force, torque: Vector3::zeros(), follows: false };
     scene.model.loads.push(load);
     (scene, axes, load)
 }

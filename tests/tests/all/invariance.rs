@@ -55,7 +55,7 @@ impl Scene {
         let rod = assembly.rod(&RodSpec { rest, ..RodSpec::new(self.nodes(), 0.02, SOFT) });
         assembly.clamp_start(&rod);
         let force = Vector3::from(self.force);
-        assembly.load(Load { segment: rod.end - 1, offset: 0.05, force, torque: 0.01 * force });
+        assembly.load(Load { segment: rod.end - 1, offset: 0.05, force, torque: 0.01 * force, follows: false });
         let spin = Vector3::from(self.spin);
         let state = assembly.state_mut();
         for i in 0..state.len() {
@@ -201,7 +201,7 @@ proptest! {
             let rod = assembly.rod(&RodSpec { rest, ..RodSpec::new(nodes, 0.02, SOFT) });
             assembly.clamp_start(&rod);
             let (force, zero) = (mirrored(scene.force), Vector3::zeros());
-            assembly.load(Load { segment: rod.end - 1, offset: 0.05, force, torque: zero });
+            assembly.load(Load { segment: rod.end - 1, offset: 0.05, force, torque: zero, follows: false });
             let (model, state) = assembly.finish();
             scene.end(&model, &state)
         });

@@ -9,6 +9,7 @@ mod cables;
 mod capstan;
 mod contact;
 mod contact_scenes;
+mod driven;
 mod drum;
 mod dynamics;
 mod equilibria;

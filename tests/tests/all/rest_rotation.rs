@@ -31,7 +31,7 @@ fn branch(angle: f64, section: Section, d1: Option<Vector3<f64>>, from_rest: boo
 fn stiffness((mut model, mut state): (Model, State), axis: Vector3<f64>) -> f64 {
     let first = state.orientations[1];
     let torque = 1e-6 * LENGTH / model.joints[0].bend_compliance / LENGTH.powi(2);
-    model.loads.push(Load { segment: 1, offset: 0.0, force: Vector3::zeros(), torque: axis * torque });
+    model.loads.push(Load { segment: 1, offset: 0.0, force: Vector3::zeros(), torque: axis * torque, follows: false });
     assert!(equilibrium(&model, &mut state, &StaticParams::default()).unwrap().converged);
     torque / (state.orientations[1] * first.inverse()).scaled_axis().dot(&axis)
 }

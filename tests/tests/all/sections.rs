@@ -25,7 +25,7 @@ fn loaded(spec: &RodSpec, force: Vector3<f64>, torque: Vector3<f64>) -> (Model, 
     let mut assembly = Assembly::new(Vector3::zeros());
     let rod = assembly.rod(spec);
     assembly.clamp_start(&rod);
-    assembly.load(Load { segment: rod.end - 1, offset: 0.5 / rod.len() as f64, force, torque });
+    assembly.load(Load { segment: rod.end - 1, offset: 0.5 / rod.len() as f64, force, torque, follows: false });
     relaxed(assembly)
 }
 

@@ -139,7 +139,7 @@ fn the_45_degree_bend() {
         let rod = assembly.rod(&RodSpec::new((0..=segments).map(node).collect(), section_radius, material));
         assembly.clamp_start(&rod);
         let offset = 0.5 * assembly.model_mut().segments[rod.end - 1].length;
-        assembly.load(Load { segment: rod.end - 1, offset, force, torque: Vector3::zeros() });
+        assembly.load(Load { segment: rod.end - 1, offset, force, torque: Vector3::zeros(), follows: false });
         let (model, state) = relaxed(assembly);
         let tip = end_of(&model, &state, rod.end - 1);
         println!("  N = {segments}: {:.3?}", tip.as_slice());
@@ -231,7 +231,7 @@ fn euler_buckling_between_two_ends() {
                 }
             }
             let force = Vector3::z() * (1e-5 * beam.bending() / beam.length.powi(2));
-            assembly.load(Load { segment: 25, offset: 0.0, force, torque: Vector3::zeros() });
+            assembly.load(Load { segment: 25, offset: 0.0, force, torque: Vector3::zeros(), follows: false });
             deflection(&relaxed(assembly).1, Vector3::x())
         });
     }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rod::{Change, Changing, Model};
 
 use super::{Target, Varying};
-use crate::constants::BodyLoad;
+use crate::constants::{BodyLoad, Follower};
 use crate::parts::{put, vec3};
 use crate::{Component, Members};
 
@@ -30,10 +30,14 @@ impl<T: Real> Component<T> {
                 self.changing.extend(changes(Changing::Torque(index)).map(change(Target::Torque(place))));
                 let turns = turns(load.offset, &load.torque) || changes(Changing::Torque(index)).next().is_some();
                 let zero = Vec3::zero();
-                let mut own = BodyLoad { index, lane, body, offset: T::zero(), force: zero, torque: zero, turns };
+                let follows = load.follows.then_some(Follower { force: zero, torque: zero, predicted: zero });
+                let turns = turns || load.follows;
+                let mut own =
+                    BodyLoad { index, lane, body, offset: T::zero(), force: zero, torque: zero, own: follows, turns };
                 own.offset.set_lane(lane, load.offset);
-                put(&mut own.force, lane, vec3(&load.force));
-                put(&mut own.torque, lane, vec3(&load.torque));
+                let [force, torque] = own.given();
+                put(force, lane, vec3(&load.force));
+                put(torque, lane, vec3(&load.torque));
                 self.loads.push(own);
             }
         }
@@ -42,9 +46,11 @@ impl<T: Real> Component<T> {
     /// Changes a load of the model, if it is on one of these segments: force [N] and torque [N m].
     pub fn set_load(&mut self, index: usize, force: &Vector3<f64>, torque: &Vector3<f64>) {
         for load in self.loads.iter_mut().filter(|load| load.index == index) {
-            put(&mut load.force, load.lane, vec3(force));
-            put(&mut load.torque, load.lane, vec3(torque));
-            load.turns = turns(load.offset.lane(load.lane), torque);
+            let lane = load.lane;
+            let [own_force, own_torque] = load.given();
+            put(own_force, lane, vec3(force));
+            put(own_torque, lane, vec3(torque));
+            load.turns = load.own.is_some() || turns(load.offset.lane(lane), torque);
         }
     }
 
@@ -64,8 +70,8 @@ impl<T: Real> Component<T> {
             let value = vec3(&track.at(time));
             match *of {
                 Target::Gravity => put(&mut self.gravity, *lane, value),
-                Target::Load(place) => put(&mut self.loads[place].force, *lane, value),
-                Target::Torque(place) => put(&mut self.loads[place].torque, *lane, value),
+                Target::Load(place) => put(self.loads[place].given()[0], *lane, value),
+                Target::Torque(place) => put(self.loads[place].given()[1], *lane, value),
                 Target::Rest(joint) => put(&mut self.joints[joint].rest_darboux, *lane, value),
             }
         }

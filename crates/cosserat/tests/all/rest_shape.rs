@@ -60,7 +60,13 @@ fn loads_count_and_soft_joints_stretch() {
     for (segment, along) in [(15, 0.3), (25, -0.2)] {
         let force = Vector3::new(1.0, -2.0, 3.0) * 0.5 * model.segments[segment].mass() * 9.81;
         let torque = Vector3::new(0.02, 0.01, -0.03);
-        model.loads.push(Load { segment, offset: along * model.segments[segment].length, force, torque });
+        model.loads.push(Load {
+            segment,
+            offset: along * model.segments[segment].length,
+            force,
+            torque,
+            follows: false,
+        });
     }
     // Stretch that can be seen.
     for joint in &mut model.joints {

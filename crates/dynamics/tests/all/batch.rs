@@ -28,7 +28,7 @@ fn copy(k: usize) -> (Model, State) {
         let rod = assembly.rod(&RodSpec::new(nodes, 0.02, material(1e6 * (1.0 + t), 800.0 + t)));
         assembly.clamp_start(&rod);
         let torque = Vector3::x() * 0.01 * (k % 2) as f64;
-        assembly.load(Load { segment: rod.end - 2, offset: 0.0, force: Vector3::y() * t, torque });
+        assembly.load(Load { segment: rod.end - 2, offset: 0.0, force: Vector3::y() * t, torque, follows: false });
     }
     let (mut model, mut state) = assembly.finish();
     state.velocities[5] = Vector3::new(0.0, 0.3 * t, 0.1);

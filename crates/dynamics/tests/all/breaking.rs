@@ -53,7 +53,13 @@ fn thread(strength: Vec<Strength>, rate: f64) -> (Model, State) {
     let nodes = shape::straight(Vector3::zeros(), -Vector3::z(), 2.0, 20);
     let rod = assembly.rod(&RodSpec { strengths: strength, ..RodSpec::new(nodes, radius, GLASS) });
     assembly.clamp_start(&rod);
-    assembly.load(Load { segment: rod.end - 1, offset: 0.05, force: Vector3::zeros(), torque: Vector3::zeros() });
+    assembly.load(Load {
+        segment: rod.end - 1,
+        offset: 0.05,
+        force: Vector3::zeros(),
+        torque: Vector3::zeros(),
+        follows: false,
+    });
     let track = Track::new(&[(0.0, Vector3::zeros()), (10.0, Vector3::z() * (-10.0 * rate))], Interpolation::Linear);
     assembly.model_mut().changes.push(Change { of: Changing::Force(0), track: Arc::new(track.unwrap()) });
     assembly.finish()
@@ -109,7 +115,13 @@ fn a_cantilever_breaks_at_its_clamp_where_force_times_length_is_its_moment() {
         let light = Material { density: 1.0, ..GLASS };
         let rod = assembly.rod(&RodSpec { strengths, ..RodSpec::new(nodes, 0.01, light) });
         assembly.clamp_start(&rod);
-        let load = Load { segment: rod.end - 1, offset: 0.025, force: Vector3::zeros(), torque: Vector3::zeros() };
+        let load = Load {
+            segment: rod.end - 1,
+            offset: 0.025,
+            force: Vector3::zeros(),
+            torque: Vector3::zeros(),
+            follows: false,
+        };
         assembly.load(load);
         let track = Track::new(&[(0.0, Vector3::zeros()), (4.0, Vector3::z() * 4.0)], Interpolation::Linear).unwrap();
         assembly.model_mut().changes.push(Change { of: Changing::Force(0), track: Arc::new(track) });

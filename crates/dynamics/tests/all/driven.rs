@@ -266,7 +266,7 @@ fn loads_and_gravity_change_as_they_are_told() {
         let last = 2 * rods as usize - 2;
         for segment in [last, last + 1] {
             let zero = Vector3::zeros();
-            assembly.load(rod::Load { segment, offset: 0.0, force: zero, torque: zero });
+            assembly.load(rod::Load { segment, offset: 0.0, force: zero, torque: zero, follows: false });
         }
         let (mut model, state) = assembly.finish();
         let (up, side) = (Arc::new(up.clone()), Arc::new(side.clone()));

@@ -44,7 +44,13 @@ pub(crate) fn cantilever(law: &JointLaw, torque: &[(f64, Vector3<f64>)], damping
     let spec = RodSpec { laws: vec![law.clone()], inner_damping, ..RodSpec::new(nodes, RADIUS, WIRE) };
     let rod = assembly.rod(&spec);
     assembly.clamp_start(&rod);
-    assembly.load(Load { segment: rod.end - 1, offset: 0.0, force: Vector3::zeros(), torque: torque[0].1 });
+    assembly.load(Load {
+        segment: rod.end - 1,
+        offset: 0.0,
+        force: Vector3::zeros(),
+        torque: torque[0].1,
+        follows: false,
+    });
     let track = Track::new(torque, Interpolation::Linear).unwrap();
     assembly.model_mut().changes.push(Change { of: Changing::Torque(0), track: Arc::new(track) });
     assembly.finish()

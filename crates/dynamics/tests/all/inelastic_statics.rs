@@ -89,7 +89,13 @@ fn joints_of_a_cantilever_unload_along_their_elastic_slope() {
     let (hardening, yields) = (0.1, 0.5);
     let (mut model, state) = cantilever(&plastic(0.0, hardening), &[(0.0, Vector3::zeros())], 0.0);
     model.changes.clear();
-    model.loads = vec![Load { segment: SEGMENTS - 1, offset: 0.0, force: Vector3::zeros(), torque: Vector3::zeros() }];
+    model.loads = vec![Load {
+        segment: SEGMENTS - 1,
+        offset: 0.0,
+        force: Vector3::zeros(),
+        torque: Vector3::zeros(),
+        follows: false,
+    }];
     let track =
         Track::new(&[(0.0, 0.0), (1.0, 0.8), (2.0, 0.0)].map(|(t, f)| (t, -Vector3::z() * f)), Interpolation::Linear);
     model.changes.push(Change { of: Changing::Force(0), track: Arc::new(track.unwrap()) });

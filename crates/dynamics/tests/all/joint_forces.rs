@@ -80,7 +80,7 @@ fn a_cantilever_carries_the_moment_of_its_tip_load() {
     let rod = assembly.rod(&RodSpec::new(nodes, 0.02, material(1e7, 1000.0)));
     assembly.clamp_start(&rod);
     let offset = 0.5 * length / segments as f64;
-    assembly.load(Load { segment: rod.end - 1, offset, force: tip, torque: Vector3::zeros() });
+    assembly.load(Load { segment: rod.end - 1, offset, force: tip, torque: Vector3::zeros(), follows: false });
     let (model, mut state) = assembly.finish();
     let report = equilibrium(&model, &mut state, &StaticParams::default()).unwrap();
     assert!(report.converged);

@@ -9,6 +9,8 @@ mod common;
 mod contact_forces;
 mod driven;
 mod feeds;
+mod followers;
+mod foundations;
 mod grips;
 mod guess;
 mod inelastic;

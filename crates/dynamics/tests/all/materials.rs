@@ -175,7 +175,7 @@ fn moments_of_joints_are_those_of_the_load() {
         }
     }
     let torque = Vector3::new(0.02, -0.03, 0.01);
-    model.loads.push(rod::Load { segment: 19, offset: 0.0, force: Vector3::zeros(), torque });
+    model.loads.push(rod::Load { segment: 19, offset: 0.0, force: Vector3::zeros(), torque, follows: false });
     model.damping = rod::Damping { linear: 5.0, angular: 5.0 };
     let mut simulation =
         Simulation::new(&model, &state, &settings(Formulation::Newton, SolverKind::Direct), None).unwrap();

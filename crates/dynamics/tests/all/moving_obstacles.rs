@@ -127,7 +127,7 @@ fn rope_over_drum() -> (Model, State, f64) {
     assembly.clamp_end(&rope);
     let pull = 640.0 * PI * radius * radius;
     let (offset, force) = (-0.5 * start.norm(), start.normalize() * pull);
-    assembly.load(Load { segment: rope.start, offset, force, torque: Vector3::zeros() });
+    assembly.load(Load { segment: rope.start, offset, force, torque: Vector3::zeros(), follows: false });
     let (model, state) = assembly.finish();
     (model, state, pull)
 }

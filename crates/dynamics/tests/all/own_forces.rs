@@ -22,7 +22,7 @@ fn loaded(rods: usize, offset: f64, force: Vector3<f64>, torque: Vector3<f64>) -
         let nodes = shape::straight(Vector3::y() * k as f64, Vector3::x(), 1.0, 10);
         let rod = assembly.rod(&RodSpec::new(nodes, 0.02, material(1e6, 1000.0)));
         assembly.clamp_start(&rod);
-        assembly.load(Load { segment: rod.start + 5, offset, force: force * (1.0 + k as f64), torque });
+        assembly.load(Load { segment: rod.start + 5, offset, force: force * (1.0 + k as f64), torque, follows: false });
     }
     assembly.finish()
 }
@@ -71,7 +71,13 @@ fn a_free_rod_gains_the_momentum_of_a_force_that_changes() {
     let mut assembly = Assembly::new(Vector3::zeros());
     let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 10);
     let rod = assembly.rod(&RodSpec::new(nodes, 0.02, material(1e6, 1000.0)));
-    assembly.load(Load { segment: rod.end - 1, offset: 0.0, force: Vector3::zeros(), torque: Vector3::zeros() });
+    assembly.load(Load {
+        segment: rod.end - 1,
+        offset: 0.0,
+        force: Vector3::zeros(),
+        torque: Vector3::zeros(),
+        follows: false,
+    });
     let (model, mut state) = assembly.finish();
     let step = StepParams { integrator: Integrator::Euler, ..StepParams::DEFAULT };
     let settings = Settings { step, ..Settings::default() };

@@ -76,6 +76,7 @@ fn exact_predictions_move_as_exact_solves_do() {
         offset,
         force: nalgebra::Vector3::new(0.1, 0.3, 0.0),
         torque: nalgebra::Vector3::x() * torque,
+        follows: false,
     };
     model.loads = vec![load(24, 0.02, 0.0), load(10, 0.0, 0.05)];
     for (model, state) in [(model, state), tree(), helix(24)] {

@@ -100,7 +100,7 @@ fn bent(wrap: f64, pulls: [f64; 2], friction: f64) -> (Model, State) {
     let rod = assembly.rod(&spec(nodes, 1000.0));
     for (segment, side, end) in [(rod.start, 0, -0.5), (rod.end - 1, 1, 0.5)] {
         let force = ends[side] * pulls[side];
-        assembly.load(Load { segment, offset: end * step, force, torque: Vector3::zeros() });
+        assembly.load(Load { segment, offset: end * step, force, torque: Vector3::zeros(), follows: false });
     }
     assembly.add_mass(rod.start, 0.3).add_mass(rod.end - 1, 0.3);
     assembly.damping(rod::Damping { linear: 5.0, angular: 5.0 });

@@ -8,7 +8,8 @@ use dynamics::step::{Status, StepParams};
 use jointed::linear::solvers::SolverKind;
 use nalgebra::Vector3;
 use rod::{
-    Assembly, Body, Change, Changing, Integrator, Interpolation, Model, RestShape, RodSpec, State, Track, measure, shape,
+    Assembly, Body, Change, Changing, Integrator, Interpolation, Model, RestShape, RodSpec, State, Track, measure,
+    shape,
 };
 
 use crate::common::*;

@@ -59,7 +59,13 @@ fn through(turn: f64, friction: f64, load: f64, speed: f64) -> (Model, State, Ra
     let inner = nodes(along, [-18.0 * own, r * turn + 18.0 * own], 36 + (12.0 / 0.83) as usize);
     let inner = assembly.rod(&spec(inner, INNER, 1e7));
     let pull = -Vector3::x() * load;
-    assembly.load(Load { segment: inner.start, offset: -0.5 * own, force: pull, torque: Vector3::zeros() });
+    assembly.load(Load {
+        segment: inner.start,
+        offset: -0.5 * own,
+        force: pull,
+        torque: Vector3::zeros(),
+        follows: false,
+    });
     assembly.clamp_end(&inner);
     assembly.damping(rod::Damping { linear: 5.0, angular: 5.0 });
     let (mut model, state) = assembly.finish();
@@ -206,7 +212,8 @@ fn a_bowden_cable_passes_on_its_way() {
         pair(|s| way(r, turn, s), [[-0.04, r * turn + 0.04], [-0.1, r * turn + 0.1]], [28, 47], 0.0);
     assembly.clamp_start(&outer).clamp_end(&outer).clamp_end(&wire);
     let axis = Vector3::new(turn.cos(), 0.0, turn.sin());
-    let load = Load { segment: wire.start, offset: 0.0, force: -Vector3::x() * 5.0, torque: Vector3::zeros() };
+    let load =
+        Load { segment: wire.start, offset: 0.0, force: -Vector3::x() * 5.0, torque: Vector3::zeros(), follows: false };
     assembly.load(load).add_mass(wire.start, 0.05);
     assembly.damping(rod::Damping { linear: 20.0, angular: 20.0 });
     let (mut model, state) = assembly.finish();
@@ -242,7 +249,13 @@ fn turned(friction: f64, torque: f64, damping: f64) -> (Model, State, Range<usiz
     let low = |s: f64| Vector3::new(s, 0.0, -0.005);
     let inner = assembly.rod(&spec(nodes(low, [0.1, 0.9], 8), 0.01, 1e9));
     for segment in inner.clone() {
-        assembly.load(Load { segment, offset: 0.0, force: Vector3::zeros(), torque: Vector3::x() * torque });
+        assembly.load(Load {
+            segment,
+            offset: 0.0,
+            force: Vector3::zeros(),
+            torque: Vector3::x() * torque,
+            follows: false,
+        });
     }
     assembly.damping(rod::Damping { linear: damping, angular: damping });
     let (mut model, state) = assembly.finish();

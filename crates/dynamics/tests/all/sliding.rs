@@ -142,7 +142,7 @@ fn bent(turn: f64, pulls: [f64; 2], friction: f64, fraction: f64) -> (Model, Sta
     let rod = assembly.rod(&RodSpec { rest: RestShape::Straight, ..RodSpec::new(nodes, 0.001, soft()) });
     for (segment, side, pull) in [(rod.start, -1.0, pulls[0]), (rod.end - 1, 1.0, pulls[1])] {
         let force = direction(side) * pull;
-        assembly.load(Load { segment, offset: 0.05 * side, force, torque: Vector3::zeros() });
+        assembly.load(Load { segment, offset: 0.05 * side, force, torque: Vector3::zeros(), follows: false });
     }
     assembly.damping(rod::Damping { linear: 5.0, angular: 5.0 });
     let (mut model, state) = assembly.finish();
@@ -265,7 +265,7 @@ fn on_the_ground() -> (Model, State) {
     let nodes = shape::straight(Vector3::z() * 0.03, Vector3::x(), 2.0, 40);
     let rope = assembly.rod(&RodSpec::new(nodes, radius, Material { density: 1000.0, ..soft() }));
     let pull = Vector3::new(5.0, 0.0, 5.0);
-    assembly.load(Load { segment: rope.end - 1, offset: 0.025, force: pull, torque: Vector3::zeros() });
+    assembly.load(Load { segment: rope.end - 1, offset: 0.025, force: pull, torque: Vector3::zeros(), follows: false });
     let (mut model, state) = assembly.finish();
     let ground =
         ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: nalgebra::Unit::new_normalize(Vector3::z()) };

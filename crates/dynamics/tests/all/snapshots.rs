@@ -106,6 +106,7 @@ fn driven(rods: usize) -> (Model, State) {
             offset: 0.0,
             force: Vector3::x() * k as f64,
             torque: Vector3::zeros(),
+            follows: false,
         });
         assembly.state_mut().angular_velocities[rod.start] = Vector3::z() * 0.3;
     }

@@ -209,7 +209,7 @@ fn springs_yield_by_force_over_stiffness() {
         model.gravity = Vector3::zeros();
         model.soften(SEGMENTS - 1, &springs);
         let segment = SEGMENTS - 1;
-        model.loads.push(rod::Load { segment, offset: 0.0, force: load, torque: moment });
+        model.loads.push(rod::Load { segment, offset: 0.0, force: load, torque: moment, follows: false });
         let first = state.clone();
         let report = equilibrium(&model, &mut state, &StaticParams::default()).unwrap();
         assert!(report.movement < 1e-8, "{springs:?}, {load}, {moment}: {report:?}");
@@ -275,7 +275,7 @@ fn a_grip_lets_a_rod_slide_through_any_stroke() {
             model.soften(joint, &soft);
             let segment = if at_end { segments - 1 } else { 0 };
             let force = Vector3::new(pull, 0.01, 0.0);
-            model.loads.push(rod::Load { segment, offset: 0.0, force, torque: Vector3::zeros() });
+            model.loads.push(rod::Load { segment, offset: 0.0, force, torque: Vector3::zeros(), follows: false });
             let mut settings = settings(formulation, SolverKind::Direct);
             settings.step.integrator = integrator;
             let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
@@ -344,7 +344,13 @@ fn a_hinge_that_is_turned_keeps_what_it_holds_to_its_axis() {
             model.pin(SEGMENTS - 1)
         }
         let zero = Vector3::zeros();
-        model.loads.push(rod::Load { segment: SEGMENTS - 1, offset: 0.0, force: Vector3::y() * 0.5, torque: zero });
+        model.loads.push(rod::Load {
+            segment: SEGMENTS - 1,
+            offset: 0.0,
+            force: Vector3::y() * 0.5,
+            torque: zero,
+            follows: false,
+        });
         let mut simulation = Simulation::new(&model, &state, &sharp(Formulation::Newton), None).unwrap();
         let mut now = state.clone();
         let mut aside = 0.0_f64;

@@ -37,7 +37,7 @@ fn model(query: &Query, found: &Equilibrium, off: f64) -> (Model, State) {
         let segment = (place as usize).min(segments - 1);
         let offset = (place - segment as f64 - 0.5) * length / segments as f64;
         let force = Vector3::z() * -carried.weight;
-        assembly.load(Load { segment, offset, force, torque: Vector3::zeros() });
+        assembly.load(Load { segment, offset, force, torque: Vector3::zeros(), follows: false });
     }
     assembly.clamp_start(&rod);
     if query.end.is_some() {

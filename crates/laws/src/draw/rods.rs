@@ -195,6 +195,7 @@ impl Draft {
             put!(self, "inner_damping = {{ bending_s = {bending:?}, twist_s = {twist:?}{stretch} }}");
         }
         match self.random.whole(0, 9) {
+            _ if self.driven.chance(0.1) => self.rest_over_time(),
             0 | 1 => put!(self, "rest = \"straight\""),
             2 => put!(self, "rest = {{ darboux_per_m = {:?} }}", list(self.random.vector(0.5 / self.size))),
             _ => {}
@@ -277,7 +278,12 @@ impl Draft {
         if let Some((parent, segments, _)) = &parent {
             let (segment, fraction) = (self.random.whole(0, segments - 1), self.random.pick(&[1.0, 1.0, 0.5, 0.3]));
             put!(self, "branch_of = {{ rod = \"{parent}\", segment = {segment}, fraction = {fraction:?} }}");
-            put!(self, "branch_joint = \"{}\"", self.random.pick(&["rigid", "rigid", "ball", "hinge"]));
+            let joint = self.random.pick(&["rigid", "rigid", "ball", "hinge"]);
+            put!(self, "branch_joint = \"{joint}\"");
+            if joint == "hinge" && self.driven.chance(0.4) {
+                let torque = weight * self.size * self.size * self.driven.even_log(0.01, 1.0);
+                put!(self, "branch_motor.torque_n_m = {:?}", short(torque));
+            }
         }
         self.motion_at_first(&shape);
         if shape.is_hung {
@@ -288,6 +294,7 @@ impl Draft {
         if shape.is_open {
             self.load(weight * 0.7 * self.size);
         }
+        self.foundation(weight);
         if self.random.chance(0.1) {
             let mass = short(weight / 9.81 * self.size * self.random.uniform(0.0, 5.0));
             put!(self, "\n[[rods.masses]]\nsegment = -1\nmass_kg = {mass:?}");
@@ -334,9 +341,43 @@ impl Draft {
             return;
         }
         put!(self, "force_n = {force:?}");
+        if self.driven.chance(0.2) {
+            put!(self, "follows = true");
+        }
         if self.random.chance(0.3) {
             let torque = self.random.direction() * weight * self.size * 0.02;
             put!(self, "torque_n_m = {:?}", list(torque.map(short)));
+        }
+    }
+
+    /// A rest shape that changes within the run, once or over and over.
+    fn rest_over_time(&mut self) {
+        let (most, end) = (0.5 / self.size, self.end());
+        let [first, second] = [0; 2].map(|_| list(self.driven.vector(most)));
+        let period = short(end * self.driven.even_log(0.2, 1.0));
+        let how = self.driven.pick(&["held", "linear", "smooth"]);
+        put!(
+            self,
+            "rest_over_time = {{ times_s = [0, {:?}, {period:?}], darboux_per_m = [{first:?}, {second:?}, {first:?}], \
+             interpolation = \"{how}\", repeats = {} }}",
+            short(0.4 * period),
+            self.driven.chance(0.5)
+        );
+    }
+
+    /// Springs along a part of a rod, which bear its weight on a way of a hundredth of the scene's size, or more, or less.
+    fn foundation(&mut self, weight: f64) {
+        if !self.driven.chance(0.08) {
+            return;
+        }
+        let stiffness = |random: &mut Random| short(weight / (0.01 * random.even_log(0.01, 100.0)));
+        let [across, along] = [0; 2].map(|_| stiffness(&mut self.driven));
+        put!(self, "\n[[rods.foundations]]\nacross_n_m2 = {across:?}\nalong_n_m2 = {along:?}");
+        if self.driven.chance(0.5) {
+            put!(self, "damping_s = {:?}", short(self.dt * self.driven.even_log(0.1, 10.0)));
+        }
+        if self.driven.chance(0.3) {
+            put!(self, "until = 0.6");
         }
     }
 

@@ -126,9 +126,11 @@ fn work(step: &Step<'_>) -> Work {
     }
     for load in model.loads.iter().filter(|load| step.is_free(load.segment)) {
         let i = load.segment;
+        sum.is_steady &= !load.follows;
         let place = |state: &State| state.positions[i] + state.axis(i) * load.offset;
         let angle = turn(&before.orientations[i], &after.orientations[i]);
-        sum.done += load.force.dot(&(place(after) - place(before))) + load.torque.dot(&angle);
+        let [force, torque] = load.in_world(&after.orientations[i]);
+        sum.done += force.dot(&(place(after) - place(before))) + torque.dot(&angle);
         sum.allowed += (load.force.norm() * load.offset.abs() + load.torque.norm()) * step.turn(i).powi(2);
     }
     let tolerance = step.tolerance();

@@ -36,7 +36,8 @@ fn outside(step: &Step<'_>) -> Vec<Outside> {
     }
     for load in model.loads.iter().filter(|load| step.is_free(load.segment)) {
         let place = state.positions[load.segment] + state.axis(load.segment) * load.offset;
-        all.push(Outside { force: load.force, place, moment: load.torque });
+        let [force, moment] = load.in_world(&state.orientations[load.segment]);
+        all.push(Outside { force, place, moment });
     }
     for (_, joint, force) in step.joints() {
         let ends = [step.free_end(joint.a), step.free_end(joint.b)];

@@ -59,7 +59,7 @@ mod tests {
         let twig = assembly.rod(&bar(Vector3::x(), Vector3::y()));
         assembly.branch(mast.end - 1, 1.0, &twig).clamp_start(&mast).clamp_end(&other).fix(twig.end - 1);
         assembly.add_mass(twig.start, 3.0);
-        let load = Load { segment: twig.start, offset: 0.1, force: Vector3::x(), torque: Vector3::y() };
+        let load = Load { segment: twig.start, offset: 0.1, force: Vector3::x(), torque: Vector3::y(), follows: false };
         assembly.load(load);
         assembly.state_mut().velocities[mast.start] = Vector3::y();
         let driven = |assembly: &mut Assembly, body, pose: Pose| {

@@ -3,6 +3,7 @@
 mod bodies;
 mod builtin;
 mod docs;
+mod driven;
 mod errors;
 mod eyelets;
 mod grips;

@@ -11,8 +11,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rod::Integrator;
 use rod::{
-    Air, Assembly, Body, Damping, Driven, InnerDamping, Interpolation, Keyframe, Load, Model, Motion, RodSpec, Section,
-    State, Wind, shape,
+    Air, Assembly, Body, Change, Changing, Damping, Driven, InnerDamping, Interpolation, Keyframe, Load, Model, Motion,
+    RodSpec, Section, State, Track, Wind, shape,
 };
 use sensitivity::{Forward, HeldVariation, Parameter, Recording, Rods, StateVariation, Variation, Wanted};
 
@@ -79,6 +79,14 @@ fn moved(case: &Case, by: &Variation, share: f64) -> (Model, State) {
     for (load, [force, torque]) in model.loads.iter_mut().zip(&by.loads) {
         load.force += force * share;
         load.torque += torque * share;
+    }
+    // Of all times: the course of a rest is shifted as a whole.
+    for change in &mut model.changes {
+        if let Changing::Rest(joint) = change.of {
+            let of = |time| (time, change.track.at(time) + by.joints[joint].rest_darboux * share);
+            let values: Vec<_> = change.track.times().map(of).collect();
+            change.track = Arc::new(Track::new(&values, Interpolation::Linear).unwrap());
+        }
     }
     if let Some(held) = by.held.first() {
         let shifts: Vec<_> = held.poses.iter().map(|[shift, _]| shift * share).collect();
@@ -250,7 +258,8 @@ fn cases() -> Vec<Case> {
         case("ring", ring(), 0.01, 10),
         case("inner damping", soft.clone(), 0.01, 10),
         case("load", soft.clone(), 0.01, 10),
-        case("air", soft, 0.01, 10),
+        case("air", soft.clone(), 0.01, 10),
+        case("muscle", soft, 0.01, 10),
         case("flat section", flat(), 0.01, 10),
         case("driven", driven(), 0.01, 10),
     ];
@@ -264,8 +273,16 @@ fn cases() -> Vec<Case> {
             "load" => {
                 for (segment, force) in [(7, 0.4), (4, -0.2), (7, 0.1)] {
                     let (force, torque) = (Vector3::new(0.1, force, 0.2), Vector3::new(0.01, 0.0, -0.02));
-                    case.model.loads.push(Load { segment, offset: 0.03, force, torque });
+                    case.model.loads.push(Load { segment, offset: 0.03, force, torque, follows: false });
                 }
+            }
+            "muscle" => {
+                let inner_damping = InnerDamping { bending: 0.02, twist: 0.03, stretch: 0.01 };
+                case.model.joints.iter_mut().for_each(|joint| joint.inner_damping = inner_damping);
+                let values = [(0.0, Vector3::zeros()), (0.1, Vector3::new(1.0, 2.0, -1.0))];
+                let track = Arc::new(Track::new(&values, Interpolation::Linear).unwrap());
+                let change = |joint| Change { of: Changing::Rest(joint), track: track.clone() };
+                case.model.changes = (0..case.model.joints.len()).map(change).collect();
             }
             "air" => {
                 let wind = Wind::steady(Vector3::new(1.0, 3.0, 0.5));

@@ -178,7 +178,7 @@ fn cables(which: std::ops::Range<usize>, in_air: bool) -> (Model, State) {
         let rod = assembly.rod(&RodSpec::new(line, 0.02, material(1e7 * (1 + k) as f64, 500.0)));
         assembly.clamp_start(&rod).clamp_end(&rod);
         let (force, torque) = (numbers(k, 0), numbers(k, 1) * 0.01);
-        assembly.load(Load { segment: rod.start + 3, offset: 0.02, force, torque });
+        assembly.load(Load { segment: rod.start + 3, offset: 0.02, force, torque, follows: false });
     }
     let (mut model, mut state) = assembly.finish();
     for (own, k) in which.enumerate() {

@@ -15,7 +15,7 @@ fn every_recipe_runs() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("recipe.toml");
     let recipes: Vec<&str> = RECIPES.split("\n## ").skip(1).collect();
-    assert_eq!(recipes.len(), 16);
+    assert_eq!(recipes.len(), 18);
     for recipe in recipes {
         if let Some((before, table)) = block(recipe, "csv") {
             let name = before.trim_end().rsplit('`').nth(1).expect("a file's name");

@@ -106,7 +106,13 @@ fn drag_follows_the_shape_and_loads_turn_with_their_segments() {
     check("wind", &model, &state);
     let (mut model, state) = at_rest("heavy-cantilever");
     let force = 2.0 * model.segments[3].mass() * model.gravity.norm() * Vector3::new(1.0, 2.0, 0.5);
-    model.loads = vec![Load { segment: 3, offset: 0.3 * model.segments[3].length, force, torque: Vector3::zeros() }];
+    model.loads = vec![Load {
+        segment: 3,
+        offset: 0.3 * model.segments[3].length,
+        force,
+        torque: Vector3::zeros(),
+        follows: false,
+    }];
     check("load", &model, &state);
 }
 

@@ -69,7 +69,7 @@ fn flat() -> (Model, State) {
     let (mut model, state) = assembly.finish();
     model.pin(5);
     let force = Vector3::new(0.3, 0.2, -0.1);
-    model.loads.push(Load { segment: 7, offset: 0.02, force, torque: Vector3::new(0.01, 0.0, -0.02) });
+    model.loads.push(Load { segment: 7, offset: 0.02, force, torque: Vector3::new(0.01, 0.0, -0.02), follows: false });
     (model, state)
 }
 

@@ -49,7 +49,7 @@ fn tip_on_ground() -> Case {
     let own = rod(&mut assembly, [0.0, 0.0, 0.032], Vector3::x(), 0.5);
     assembly.clamp_start(&own);
     let (segment, force) = (own.end - 2, Vector3::new(0.05, 0.03, -0.02));
-    let load = Load { segment, offset: 0.0, force, torque: Vector3::zeros() };
+    let load = Load { segment, offset: 0.0, force, torque: Vector3::zeros(), follows: false };
     assembly.model_mut().loads.push(load);
     let ground = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
     on_obstacle(&mut assembly, ground, 0.3);
