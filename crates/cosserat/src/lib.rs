@@ -57,7 +57,8 @@
 //!
 //! [`Simulation::set_load`](simulation::Simulation::set_load) and
 //! [`Simulation::set_gravity`](simulation::Simulation::set_gravity) change between two steps what acts from the next on; the
-//! model says where a load acts, with a force that may be zero at first.
+//! model says where a load acts, with a force that may be zero at first. [`Simulation::set_rest`](simulation::Simulation::set_rest)
+//! changes the rest of a joint: muscles.
 //! [`Simulation::snapshot`](simulation::Simulation::snapshot) takes all that the steps to come depend on, at a small part of
 //! the cost of a step, and [`Simulation::restore`](simulation::Simulation::restore) goes back there, to the last bit. A
 //! [`Batch`](simulation::Batch) steps many copies of a model together, alike rods in the lanes of vector registers, each with
@@ -98,10 +99,10 @@ pub use nalgebra;
 /// Building a model and its first state: rods, rigid bodies, clamps, loads, air, contacts.
 pub mod assembly {
     pub use rod::{
-        Air, Assembly, BodyShape, Contacts, Damping, Friction, Gusts, InnerDamping, JointLaw, LineInertia, Load,
-        Material, MaxwellBranch, Mesh, MeshError, MomentTable, Mount, Obstacle, ObstacleShape, Plasticity, RestShape,
-        RigidBody, RodSpec, Section, Sheath, SolidError, SolidMesh, Stiffness, StrandFriction, Strength, Stretch,
-        Surface, Unloading, Wind, shape,
+        Air, Assembly, BodyShape, Contacts, Damping, Foundation, Friction, Gusts, InnerDamping, JointLaw, LineInertia,
+        Load, Material, MaxwellBranch, Mesh, MeshError, MomentTable, Mount, Obstacle, ObstacleShape, Plasticity,
+        RestShape, RigidBody, RodSpec, Section, Sheath, SolidError, SolidMesh, Stiffness, StrandFriction, Strength,
+        Stretch, Surface, Unloading, Wind, shape,
     };
 }
 

@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use cosserat::assembly::{Air, Assembly, Damping, InnerDamping, Material, RestShape, RodSpec, Wind};
+use cosserat::assembly::{
+    Air, Assembly, Damping, InnerDamping, JointLaw, Material, MaxwellBranch, RestShape, RodSpec, StrandFriction, Wind,
+};
 use cosserat::motion::{Carried, Driven, Interpolation, KeyframeError, Motion};
 use cosserat::state::{Body, Model, Pose, Springs, State};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -293,7 +295,11 @@ impl Begin {
     fn assembly(&self, parameters: &Parameters) -> Assembly {
         let of = |parameter| parameters[parameter];
         let youngs_modulus = youngs_modulus(parameters);
-        let torsion_modulus = 0.5 * of(Parameter::Twist) * youngs_modulus;
+        let laws: Vec<JointLaw> = law(parameters).into_iter().collect();
+        // What relaxes comes beside the stiffness that stays.
+        let fast = 1.0 + of(Parameter::Relaxing);
+        let (youngs_modulus, torsion_modulus) =
+            (fast * youngs_modulus, 0.5 * of(Parameter::Twist) * fast * youngs_modulus);
         let (x, y) = (of(Parameter::TiltX), of(Parameter::TiltY));
         let mut assembly = Assembly::new(Vector3::new(x.sin(), y.sin(), -1.0).normalize() * GRAVITY);
         assembly.damping(Damping { linear: of(Parameter::OuterDamping), angular: 0.0 });
@@ -309,6 +315,7 @@ impl Begin {
             inner_damping: InnerDamping { bending: tau, twist: tau, stretch: 0.0 },
             d1: Some(start_frame(&axis) * about_axis(sides(parameters).angle) * Vector3::x()),
             rest: RestShape::PerJoint(self.rest(parameters)),
+            laws,
             ..RodSpec::new(
                 self.nodes[0].clone(),
                 RADIUS,
@@ -396,6 +403,18 @@ pub(crate) fn sides(parameters: &Parameters) -> Sides {
 /// Young's modulus [Pa] of a rod of the nominal radius and density.
 pub(crate) fn youngs_modulus(parameters: &Parameters) -> f64 {
     4.0 * parameters[Parameter::Bending] * LINE_DENSITY / (PI * RADIUS.powi(4))
+}
+
+/// The law of the joints, if they are not elastic: hysteresis if both are asked for.
+pub(crate) fn law(parameters: &Parameters) -> Option<JointLaw> {
+    let of = |parameter| parameters[parameter];
+    let stiffness = of(Parameter::StrandStiffness) * of(Parameter::Bending) * LINE_DENSITY;
+    if stiffness > 0.0 {
+        return Some(JointLaw::Friction(StrandFriction { moment: stiffness * of(Parameter::StrandSlip), stiffness }));
+    }
+    let (relaxing, time) = (of(Parameter::Relaxing), of(Parameter::RelaxationTime));
+    let branch = MaxwellBranch { share: relaxing / (1.0 + relaxing), time };
+    (relaxing > 0.0).then(|| JointLaw::Viscoelastic(vec![branch]))
 }
 
 /// The springs of the grips.

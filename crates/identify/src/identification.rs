@@ -175,10 +175,10 @@ fn search<K: Kind>(
 ) -> Result<Search<Of<K::Specimen>>> {
     let mut search = kind.search();
     let later = search.later.len();
-    for name in &cli.free {
+    for (flag, name) in cli.free.iter().map(|name| ("--free", name)).chain(cli.law.iter().map(|name| ("--law", name))) {
         let one = || start.named(name).map(|quantity| vec![quantity]);
         let group = start.groups().into_iter().find(|(own, _)| own == name).map(|(_, own)| own);
-        let quantities = group.map_or_else(one, Ok).map_err(|message| anyhow!("--free {message}"))?;
+        let quantities = group.map_or_else(one, Ok).map_err(|message| anyhow!("{flag} {message}"))?;
         for quantity in quantities {
             if search.free.contains(&quantity) {
                 continue;

@@ -60,6 +60,9 @@ struct Cli {
     /// Searches for a further parameter, as drag-across.
     #[arg(long, value_name = "NAME")]
     free: Vec<String>,
+    /// Searches for a law of the joints that is not elastic, too: friction between strands, or relaxation. Takes several times as long.
+    #[arg(long, value_parser = ["hysteresis", "viscoelastic"])]
+    law: Option<String>,
     /// Threads; the result is the same on any number.
     #[arg(long, value_parser = threads)]
     threads: Option<usize>,

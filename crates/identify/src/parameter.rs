@@ -48,6 +48,15 @@ pub enum Parameter {
     Sides2,
     /// Twist at rest [rad/m].
     RestTwist,
+    /// Bending stiffness that strands add while they stick to each other, over EI, which is that of slipping strands
+    /// ([`StrandFriction`](cosserat::assembly::StrandFriction)).
+    StrandStiffness,
+    /// Curvature over which strands begin to slip [1/m]: the moment of friction over the stiffness that sticking strands add.
+    StrandSlip,
+    /// Stiffness of bending and twist that relaxes, over that which stays ([`MaxwellBranch`](cosserat::assembly::MaxwellBranch)).
+    Relaxing,
+    /// Relaxation time of that stiffness [s].
+    RelaxationTime,
     /// By how much the curvature at rest about d1 (axis 0) or d2 (axis 1) is greater [1/m] at so many tenths of the cable, 0 to 10, linear in
     /// between. [`Parameter::local`] has all that there are; to ask for the value of another panics.
     Local {
@@ -59,7 +68,7 @@ pub enum Parameter {
 }
 
 /// Those that are one number for the whole cable, with their names.
-const WHOLE: [(Parameter, &str); 19] = [
+const WHOLE: [(Parameter, &str); 23] = [
     (Parameter::Bending, "bending"),
     (Parameter::Twist, "twist"),
     (Parameter::InnerDamping, "inner-damping"),
@@ -79,6 +88,10 @@ const WHOLE: [(Parameter, &str); 19] = [
     (Parameter::Sides1, "sides-1"),
     (Parameter::Sides2, "sides-2"),
     (Parameter::RestTwist, "rest-twist"),
+    (Parameter::StrandStiffness, "strand-stiffness"),
+    (Parameter::StrandSlip, "strand-slip"),
+    (Parameter::Relaxing, "relaxing"),
+    (Parameter::RelaxationTime, "relaxation-time"),
 ];
 /// Places of [`Parameter::Local`] along the cable.
 pub(crate) const PLACES: usize = 11;
@@ -150,19 +163,23 @@ impl Quantity for Parameter {
             Self::Roll => Range { start: 0.0, least: -6.3, most: 6.3, scale: Unit(1.0) },
             Self::Sides1 | Self::Sides2 => Range { start: 0.0, least: -1.5, most: 1.5, scale: Unit(1.0) },
             Self::RestTwist => Range { start: 0.0, least: -20.0, most: 20.0, scale: Unit(1.0) },
+            Self::StrandStiffness => Range { start: 0.3, least: 1e-3, most: 100.0, scale: Logarithm },
+            Self::StrandSlip => Range { start: 1.0, least: 1e-3, most: 100.0, scale: Logarithm },
+            Self::Relaxing => Range { start: 0.3, least: 1e-3, most: 100.0, scale: Logarithm },
+            Self::RelaxationTime => Range { start: 0.5, least: 1e-3, most: 100.0, scale: Logarithm },
         }
     }
 
     fn unit(self) -> &'static str {
         match self {
             Self::Bending => "m^4/s^2",
-            Self::Twist | Self::Sides1 | Self::Sides2 => "1",
-            Self::InnerDamping => "s",
+            Self::Twist | Self::Sides1 | Self::Sides2 | Self::StrandStiffness | Self::Relaxing => "1",
+            Self::InnerDamping | Self::RelaxationTime => "s",
             Self::OuterDamping => "1/s",
             Self::DragAcross | Self::DragAlong | Self::Curvature1 | Self::Curvature2 => "1/m",
             Self::Slope1 | Self::Slope2 | Self::Bow1 | Self::Bow2 => "1/m",
             Self::TiltX | Self::TiltY | Self::Roll => "rad",
-            Self::Local { .. } => "1/m",
+            Self::Local { .. } | Self::StrandSlip => "1/m",
             Self::RestTwist => "rad/m",
             Self::Grip => "m",
         }
@@ -177,6 +194,7 @@ impl Quantity for Parameter {
             // Solid rods have 0.65 to 0.77.
             Self::Twist => Some(1.0),
             Self::OuterDamping | Self::Grip => Some(2.0),
+            Self::StrandStiffness | Self::StrandSlip | Self::Relaxing | Self::RelaxationTime => Some(2.0),
             Self::Curvature1 | Self::Curvature2 | Self::Bow1 | Self::Bow2 => Some(3.0),
             Self::TiltX | Self::TiltY | Self::Local { .. } => Some(1.0),
             _ => None,
@@ -224,7 +242,11 @@ impl Numbers for Parameters {
     }
 
     fn groups(&self) -> Vec<(&'static str, Vec<Parameter>)> {
-        vec![("curvatures", Parameter::local().collect())]
+        vec![
+            ("curvatures", Parameter::local().collect()),
+            ("hysteresis", vec![Parameter::StrandStiffness, Parameter::StrandSlip]),
+            ("viscoelastic", vec![Parameter::Relaxing, Parameter::RelaxationTime]),
+        ]
     }
 
     fn beginnings(&self) -> Vec<Self> {

@@ -6,12 +6,13 @@ use std::io::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use cosserat::assembly::{JointLaw, MaxwellBranch, StrandFriction};
 use cosserat::motion::Carried;
 use cosserat::state::{Model, State};
 use export::{ExportError, write_atomically};
 use nalgebra::Vector3;
 
-use crate::cable::{AIR_DENSITY, Cable, DENSITY, RADIUS, sides, springs, youngs_modulus};
+use crate::cable::{AIR_DENSITY, Cable, DENSITY, RADIUS, law, sides, springs, youngs_modulus};
 use crate::parameter::{Parameter, Parameters};
 
 /// Files of the two grips of a cable.
@@ -192,7 +193,7 @@ angular_velocity_rad_s = {}
 /// turned about their axes by `turns` [rad].
 pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &Parameters, turns: &[f64]) -> String {
     let segments = cable.first_nodes().len() - 1;
-    let bend = youngs_modulus(parameters);
+    let bend = youngs_modulus(parameters) * (1.0 + parameters[Parameter::Relaxing]);
     let made_of = MadeOf {
         moduli: [bend, 0.5 * parameters[Parameter::Twist] * bend],
         factors: sides(parameters).factors,
@@ -202,7 +203,17 @@ pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &P
     let d1 = list(&(state.orientations[0] * Vector3::x()));
     let turns: Vec<String> = turns.iter().map(|turn| format!("{:?}", turn.to_degrees())).collect();
     let (rest, turns) = (rest(model, 0..segments - 1), turns.join(", "));
-    let keys = format!("frame = {{ d1 = {d1} }}\n{rest}first_turns_deg = [{turns}]\n");
+    let law = match law(parameters) {
+        Some(JointLaw::Friction(StrandFriction { moment, stiffness })) => {
+            format!("strand_friction = {{ moment_n_m = {moment:?}, stiffness_n_m2 = {stiffness:?} }}\n")
+        }
+        Some(JointLaw::Viscoelastic(branches)) => {
+            let branch = |own: &MaxwellBranch| format!("{{ share = {:?}, time_s = {:?} }}", own.share, own.time);
+            format!("relaxation = [{}]\n", branches.iter().map(branch).collect::<Vec<_>>().join(", "))
+        }
+        _ => String::new(),
+    };
+    let keys = format!("frame = {{ d1 = {d1} }}\n{rest}{law}first_turns_deg = [{turns}]\n");
     let mut text = rod("cable", &made_of, &keys) + &polyline(cable.first_nodes());
     let [first, second, twist] = springs(parameters).moment;
     for ((at, file), held) in GRIPS.into_iter().zip(cable.held(parameters)) {

@@ -302,6 +302,11 @@ impl Assembly {
     /// Lays segments on springs that pull their centres to where they are drawn, without moments: one anchor and one joint a segment, so that
     /// equilibria, modes and derivatives know them. A rod on N segments turns by itself about each centre.
     pub fn foundation(&mut self, segments: Range<usize>, springs: &Foundation) -> &mut Self {
+        // A joint has a stiffness in all directions: one that counts for nothing beside the others.
+        let softest = 1e-12 * springs.across.max(springs.along);
+        if softest <= 0.0 {
+            return self;
+        }
         for segment in segments {
             if !self.has_segments("foundation", &[segment]) {
                 return self;
@@ -311,7 +316,7 @@ impl Assembly {
             let anchor = Body::Anchor(self.model.anchors.len() - 1);
             let ends = [(anchor, 0.0), (Body::Segment(segment), 0.0)];
             let joint = self.composed(ends, &[self.half(segment)], segment);
-            let yields = |stiffness: f64| 1.0 / (stiffness * self.model.segments[segment].length).max(Self::SOFTEST);
+            let yields = |stiffness: f64| 1.0 / (stiffness.max(softest) * self.model.segments[segment].length);
             let joint = Joint {
                 stretch_compliance: yields(springs.along),
                 shear_compliance: yields(springs.across),
@@ -324,9 +329,6 @@ impl Assembly {
         }
         self
     }
-
-    /// Stiffness of a spring that stands for none [N/m].
-    const SOFTEST: f64 = 1e-9;
 
     /// Adds a load.
     pub fn load(&mut self, load: Load) -> &mut Self {

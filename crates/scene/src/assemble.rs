@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use rod::{Air, Assembly, Body, Change, Changing, Damping, Gusts, Integrator, Load, Model, ModelError, Wind};
+use toml::Spanned;
 
 use crate::builder::Builder;
 use crate::error::{Result, Source};
@@ -15,8 +16,8 @@ use crate::refine::Refinement;
 use crate::shape::number_or;
 use crate::tree::Growth;
 use crate::{
-    MAX_SEGMENTS, RunDefaults, Scene, bodies, contact, copies, defaults, eyelet, format, net, probe, pulley, rods,
-    sheath,
+    MAX_SEGMENTS, RunDefaults, Scene, bodies, contact, copies, defaults, eyelet, format, motor, net, probe, pulley,
+    rods, sheath,
 };
 
 /// The scene that `file` describes, its segments cut into parts.
@@ -85,15 +86,19 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         let format::Join { a, b, .. } = join.get_ref();
         is_known(&builder, a.get_ref()) && is_known(&builder, b.get_ref()) || file.copies.is_empty()
     });
-    for join in joins {
+    let join = |builder: &mut Builder, join: &Spanned<format::Join>| {
         builder.join(source, join)?;
+        join.get_ref().motor.as_ref().map_or(Ok(()), |own| motor::add(builder, source, own))
+    };
+    for own in joins {
+        join(&mut builder, own)?;
     }
     for entry in &file.copies {
         copies::add(&mut builder, source, entry)?;
         entry_of.resize(builder.rods.len(), entry.span());
     }
-    for join in of_copies {
-        builder.join(source, join)?;
+    for own in of_copies {
+        join(&mut builder, own)?;
     }
     let eyelets = eyelet::eyelets(&mut builder, source, &file.eyelets)?;
     eyelet::feeds(&mut builder, source, &file.eyelets)?;

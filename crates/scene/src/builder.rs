@@ -162,7 +162,7 @@ impl Builder {
         }
         self.join_at((a, fraction_a), (b, fraction_b));
         self.free_last_joint(*joint);
-        motor.as_ref().map_or(Ok(()), |motor| crate::motor::add(self, source, motor))
+        Ok(())
     }
 
     /// Joins a segment to a rigid body: where it is, or at a place that is given.

@@ -205,6 +205,28 @@ fn sections_with_sides_and_a_twist_at_rest_are_identified() {
     }
 }
 
+/// Laws of joints that are not elastic, which are searched for on request alone.
+#[test]
+fn hysteresis_and_relaxation_are_identified() {
+    for (own, values) in [
+        ([Parameter::StrandStiffness, Parameter::StrandSlip], [0.8, 0.6]),
+        ([Parameter::Relaxing, Parameter::RelaxationTime], [0.6, 0.2]),
+    ] {
+        let mut truth = truth();
+        own.iter().zip(values).for_each(|(&parameter, value)| truth[parameter] = value);
+        let recordings = recorded(&truth, 12, 60, 1e-3);
+        let free = [&[Parameter::Bending], &own[..]].concat();
+        let search = Search::of(free.clone(), vec![Stage::of_all(60, 12)]);
+        let mut start = truth;
+        free.iter().for_each(|&parameter| start[parameter] = parameter.start());
+        let fit = fit(&recordings, &cables(&recordings), &start, &search, &mut |_| true).unwrap();
+        for known in known(&fit).into_iter().filter(|known| free.contains(&known.parameter)) {
+            let ratio = known.value / truth[known.parameter];
+            assert!((0.8..1.25).contains(&ratio), "{}: {} of {}", known.parameter, known.value, truth[known.parameter]);
+        }
+    }
+}
+
 /// A tilt of the vertical and a curvature that is other half-way bend a cable alike; both are searched for, and the one that is there is found.
 #[test]
 fn a_tilt_and_a_bow_are_told_apart() {
@@ -358,7 +380,16 @@ fn what_no_recording_tells_is_said_to_be_held() {
 
 #[test]
 fn the_scene_moves_as_the_prediction_does() {
-    let mut truth = truth();
+    the_scene_moves(truth());
+    let mut frayed = truth();
+    (frayed[Parameter::StrandStiffness], frayed[Parameter::StrandSlip]) = (0.8, 0.6);
+    the_scene_moves(frayed);
+    let mut relaxing = truth();
+    (relaxing[Parameter::Relaxing], relaxing[Parameter::RelaxationTime]) = (0.6, 0.2);
+    the_scene_moves(relaxing);
+}
+
+fn the_scene_moves(mut truth: Parameters) {
     (truth[Parameter::Slope2], truth[Parameter::Bow1]) = (0.5, -1.0);
     (truth[Parameter::Sides1], truth[Parameter::Sides2]) = (-0.2, 0.3);
     (truth[Parameter::RestTwist], truth[Parameter::Roll]) = (0.7, -0.2);

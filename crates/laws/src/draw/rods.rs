@@ -370,8 +370,7 @@ impl Draft {
         if !self.driven.chance(0.08) {
             return;
         }
-        let stiffness = |random: &mut Random| short(weight / (0.01 * random.even_log(0.01, 100.0)));
-        let [across, along] = [0; 2].map(|_| stiffness(&mut self.driven));
+        let [across, along] = [0; 2].map(|_| short(weight / (0.01 * self.driven.even_log(0.01, 100.0))));
         put!(self, "\n[[rods.foundations]]\nacross_n_m2 = {across:?}\nalong_n_m2 = {along:?}");
         if self.driven.chance(0.5) {
             put!(self, "damping_s = {:?}", short(self.dt * self.driven.even_log(0.1, 10.0)));

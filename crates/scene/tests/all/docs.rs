@@ -7,7 +7,7 @@ const README: &str = include_str!("../../../../README.md");
 const RECIPES: &str = include_str!("../../../../docs/recipes.md");
 
 /// One file a table, with an unknown key in it; the error lists the known ones.
-const PROBES: [&str; 71] = [
+const PROBES: [&str; 74] = [
     "zzz = 1",
     "run.zzz = 1",
     "damping.zzz = 1",
@@ -96,6 +96,7 @@ fn every_key_is_documented_and_tried() {
     let everything = concat!(
         include_str!("../everything.toml"),
         include_str!("../bodies.toml"),
+        include_str!("../driven.toml"),
         include_str!("../pulleys.toml"),
         include_str!("../sheaths.toml")
     );

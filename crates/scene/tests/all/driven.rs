@@ -149,6 +149,14 @@ fn springs_lie_along_a_part_of_a_rod() {
 }
 
 #[test]
+fn all_keys_together_are_a_scene() {
+    let scene = scene::parse(include_str!("../driven.toml"), "driven.toml").unwrap();
+    // Two rests a joint; a load that follows and one over time, two motors of two loads each, and what lifts each segment.
+    assert_eq!(scene.model.loads.len(), 2 + 4 + 12);
+    assert_eq!(scene.model.changes.iter().filter(|change| matches!(change.of, Changing::Rest(_))).count(), 4);
+}
+
+#[test]
 fn what_floats_is_lifted_by_the_water_that_it_displaces() {
     let water = "air = { density_kg_m3 = 1000, buoyancy = true }\n";
     let ball = "[[bodies]]\nmass_kg = 1\nposition_m = [0, 0, 3]\nshape.sphere.radius_m = 0.1\n";
