@@ -219,7 +219,7 @@ fn damage_and_foreign_files_are_errors_that_say_what_is_wrong() {
 fn curves_chapters_and_marks_come_back_and_damaged_ones_are_errors() {
     let (mut model, state) = rod(3, 0.01);
     model.segments[0].fixed = true;
-    model.loads.push(Load { segment: 2, offset: 0.1, force: Vector3::y(), torque: Vector3::zeros() });
+    model.loads.push(Load { segment: 2, offset: 0.1, force: Vector3::y(), torque: Vector3::zeros(), follows: false });
     let mut recorder = Recorder::new("run", 0.01, &model);
     recorder.name(vec!["cable".to_owned()], Vec::new());
     for k in 0..2 {

@@ -359,7 +359,13 @@ pub(crate) fn grips_loads_and_contacts_are_marked(browser: &mut Browser) -> Resu
     browser.look(WIDE)?;
     let mut motion = motions::catheter();
     motion.model.contacts.obstacles.clear();
-    motion.model.loads.push(Load { segment: 39, offset: 0.005, force: Vector3::x() * 2.0, torque: Vector3::zeros() });
+    motion.model.loads.push(Load {
+        segment: 39,
+        offset: 0.005,
+        force: Vector3::x() * 2.0,
+        torque: Vector3::zeros(),
+        follows: false,
+    });
     let mut recorder = motion.recorder("run", 1, 10.0, |time| time);
     let state = motion.state(0.0);
     let pressing = |segment: usize, force: f64| Pressing {
