@@ -77,7 +77,8 @@ int32_t cosserat_grip_forces(const cosserat_simulation *simulation, double *out,
 int32_t cosserat_grip_pose(const cosserat_simulation *simulation, size_t grip, double *out);
 int32_t cosserat_set_grip(cosserat_simulation *simulation, size_t grip, const double *pose);
 
-/* A load of the scene (force and torque, 6 numbers in world axes) and gravity (3 numbers), from the next step on. */
+/* A load of the scene (force and torque, 6 numbers in world axes, or in the segment's of a load that follows it) and gravity (3 numbers), from the
+ * next step on. */
 int32_t cosserat_set_load(cosserat_simulation *simulation, size_t load, const double *wrench);
 int32_t cosserat_set_gravity(cosserat_simulation *simulation, const double *gravity);
 

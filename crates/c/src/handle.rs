@@ -1,5 +1,6 @@
 //! A simulation with its scene, in the terms of the C header: bodies, joints, grips and loads by their numbers.
 
+use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -129,7 +130,11 @@ impl Handle {
         let simulation =
             Simulation::new(&scene.model, &scene.state, &settings, Some(&start)).map_err(Failure::input)?;
         let fixed = (0..scene.model.segments.len()).filter(|&i| scene.model.segments[i].fixed).map(Body::Segment);
-        let grips = fixed.chain((0..scene.model.anchors.len()).map(Body::Anchor)).collect();
+        // Springs along a rod hold on to anchors, too.
+        let springs: HashSet<Body> =
+            scene.model.joints.iter().filter(|joint| joint.is_foundation()).map(|joint| joint.a).collect();
+        let anchors = (0..scene.model.anchors.len()).map(Body::Anchor).filter(|body| !springs.contains(body));
+        let grips = fixed.chain(anchors).collect();
         let joint_forces = vec![JointForce::default(); scene.model.joints.len()];
         let state = scene.state.clone();
         let before = Before { state: state.clone(), time: None };
@@ -307,7 +312,8 @@ impl Handle {
         Ok(())
     }
 
-    /// Sets one of the scene's loads from the next step on: force [N] and torque [N m] in world axes.
+    /// Sets one of the scene's loads from the next step on: force [N] and torque [N m] in world axes, or in the segment's, of a
+    /// load that follows it.
     ///
     /// # Errors
     /// If there is no such load, or a number is not finite.

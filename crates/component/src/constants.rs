@@ -87,6 +87,8 @@ pub(super) struct BodyLoad<T> {
     pub(super) torque: Vec3<T>,
     /// Of a load that turns with the body: both in its axes, and the force that the prediction of the step has added.
     pub(super) own: Option<Follower<T>>,
+    /// Mass of what the body displaces, of a load that stands for its buoyancy [kg]; else 0.
+    pub(super) lift: f64,
     /// Whether it turns the body.
     pub(super) turns: bool,
 }
@@ -123,6 +125,7 @@ impl<T: Real> BodyLoad<T> {
             lane: 0,
             body: self.body,
             offset: self.offset.lane(lane),
+            lift: self.lift,
             force: pick(self.force, lane),
             torque: pick(self.torque, lane),
             own: self.own.map(|own| Follower {

@@ -11,6 +11,7 @@ use super::parts::set_slope;
 use super::tangent::vector;
 use super::{BodyPose, Component, Group, Members};
 use crate::Interval;
+use crate::forces::Varying;
 use crate::formulation::Formulation;
 use crate::variation::{AirVariation, JointVariation, SegmentVariation, Variation};
 
@@ -204,13 +205,16 @@ impl<const D: usize> Component<Dual<D>> {
         move_along(&mut self.poses[i], k, &movement);
     }
 
-    /// Lets loads, gravity and wind change along a direction: after forces have been set for a step.
+    /// Lets loads, gravity, rests that change over time and wind change along a direction: after forces have been set for a step.
     pub fn seed_forces(&mut self, k: usize, variation: &Variation) {
         set_slope(&mut self.gravity, k, &variation.gravity);
         for load in &mut self.loads {
             let [force, torque] = &variation.loads[load.index];
             set_slope(&mut load.force, k, force);
             set_slope(&mut load.torque, k, torque);
+        }
+        for (joint, index) in self.changing.iter().filter_map(Varying::rest) {
+            set_slope(&mut self.joints[joint].rest_darboux, k, &variation.joints[index].rest_darboux);
         }
         if let Some(drag) = &mut self.drag {
             set_slope(&mut drag.breeze, k, &variation.air.wind);

@@ -20,10 +20,16 @@ enum Target {
     Gravity,
     Load(usize),
     Torque(usize),
-    Rest(usize),
+    /// A joint's rest: its place, and its index in the model.
+    Rest(usize, usize),
 }
 
 impl Varying {
+    /// The place of the joint whose rest it changes, and its index in the model.
+    pub(super) fn rest(&self) -> Option<(usize, usize)> {
+        if let Target::Rest(joint, index) = self.of { Some((joint, index)) } else { None }
+    }
+
     /// The same of a component of its own.
     pub(super) fn alone(&self) -> Self {
         Self { lane: 0, ..self.clone() }

@@ -67,6 +67,7 @@ impl<T: Real> Component<T> {
             has_given: self.has_given,
             moved: self.moved.iter().filter(|moved| moved.lane == lane).map(|moved| moved.alone()).collect(),
             released: self.released.iter().filter(|one| one.lane == lane).map(|one| one.alone()).collect(),
+            is_released_in_order: false,
             eyelets: Eyelets::default(),
             laws: Laws::default(),
             breakable: Vec::new(),

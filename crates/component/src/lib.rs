@@ -174,6 +174,8 @@ pub struct Component<T> {
     broken: Vec<bool>,
     /// Joints that leave something free.
     released: Vec<released::Released>,
+    /// Whether these are in the order of their joints.
+    is_released_in_order: bool,
     /// Inertia of the fixed segments.
     resting: Vec<hold::Resting>,
     /// Whether the pulls are those of the multipliers, or those expected of a step that has none yet.
@@ -250,6 +252,7 @@ impl<T: Real> Component<T> {
             breakable: sets.first().map(|members| breaking::Breakable::all(model, members)).unwrap_or_default(),
             broken: Vec::new(),
             released: Vec::new(),
+            is_released_in_order: true,
             resting: Vec::new(),
             longest_unit: T::splat(f64::INFINITY),
             correction: T::splat(f64::INFINITY),

@@ -33,6 +33,7 @@ impl<T: Real> Component<T> {
             rigid,
             joints,
             released: _,
+            is_released_in_order: _,
             eyelets: _,
             laws: _,
             breakable: _,

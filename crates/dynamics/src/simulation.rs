@@ -456,7 +456,8 @@ impl Simulation {
     }
 
     /// Changes a load of the model, by its index in [`Model::loads`], from the next step on: a force of one's own, which may
-    /// be another one before each step; where it jumps, [`Simulation::restart`] helps. Force [N] and torque [N m] are in world axes; the force acts where the model says.
+    /// be another one before each step; where it jumps, [`Simulation::restart`] helps. Force [N] and torque [N m] are in world axes, of a load that follows its segment in
+    /// the segment's ([`rod::Load::follows`]); the force acts where the model says.
     ///
     /// # Errors
     /// If there is no such load, the model changes it over time, or a number is not finite.

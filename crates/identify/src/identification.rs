@@ -206,6 +206,7 @@ fn search<K: Kind>(
     if search.free.is_empty() {
         bail!("all parameters are held");
     }
+    start.check().map_err(|message| anyhow!(message))?;
     Ok(search)
 }
 

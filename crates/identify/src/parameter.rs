@@ -241,6 +241,18 @@ impl Numbers for Parameters {
         Parameter::all().collect()
     }
 
+    fn check(&self) -> Result<(), String> {
+        let has = |parameter: Parameter| self[parameter] != 0.0;
+        let both = [Parameter::StrandStiffness, Parameter::StrandSlip, Parameter::Relaxing, Parameter::RelaxationTime]
+            .map(has);
+        match both {
+            [a, b, ..] if a != b => Err("strand-stiffness and strand-slip go together: --law hysteresis".to_owned()),
+            [.., a, b] if a != b => Err("relaxing and relaxation-time go together: --law viscoelastic".to_owned()),
+            [true, _, true, _] => Err("hysteresis and viscoelastic do not go together; choose one".to_owned()),
+            _ => Ok(()),
+        }
+    }
+
     fn groups(&self) -> Vec<(&'static str, Vec<Parameter>)> {
         vec![
             ("curvatures", Parameter::local().collect()),

@@ -41,6 +41,14 @@ pub trait Numbers:
         Vec::new()
     }
 
+    /// Checks that what belongs together is there together.
+    ///
+    /// # Errors
+    /// If it is not.
+    fn check(&self) -> Result<(), String> {
+        Ok(())
+    }
+
     /// Sets a quantity by its name.
     ///
     /// # Errors

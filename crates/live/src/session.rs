@@ -273,7 +273,8 @@ impl<'a> Session<'a> {
             return Some(Body::Segment(segment));
         }
         let own = Body::Segment(segment);
-        let anchors = self.first.joints.iter().filter_map(|joint| match (joint.a, joint.b) {
+        let holding = self.first.joints.iter().filter(|joint| !joint.is_foundation());
+        let anchors = holding.filter_map(|joint| match (joint.a, joint.b) {
             (b, anchor @ Body::Anchor(_)) | (anchor @ Body::Anchor(_), b) if b == own => Some(anchor),
             _ => None,
         });

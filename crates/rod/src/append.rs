@@ -2,7 +2,7 @@
 
 use crate::part::with_motions;
 use crate::{
-    Body, BreakableJoint, Changing, Driven, InelasticJoint, Joint, Load, Model, Motion, Pulley, Segment, Sheath,
+    Body, BreakableJoint, Changing, Driven, InelasticJoint, Joint, Lift, Load, Model, Motion, Pulley, Segment, Sheath,
     SlidingJoint, State,
 };
 
@@ -29,6 +29,7 @@ impl Model {
             joints,
             anchors: _,
             loads: _,
+            lifts,
             motions,
             sliding_joints,
             pulleys,
@@ -46,6 +47,7 @@ impl Model {
         self.joints.extend(joints.iter().map(|own| Joint { a: moved(own.a), b: moved(own.b), ..*own }));
         self.anchors.extend(&other.anchors);
         self.loads.extend(other.loads.iter().map(|own| Load { segment: own.segment + segments, ..*own }));
+        self.lifts.extend(lifts.iter().map(|own| Lift { load: own.load + loads, ..*own }));
         self.sliding_joints.extend(sliding_joints.iter().map(|own| SlidingJoint {
             segments: own.segments.start + segments..own.segments.end + segments,
             holder: moved(own.holder),

@@ -8,8 +8,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
 use crate::darboux::{darboux, rotation_of};
 use crate::shape::frames;
 use crate::{
-    Air, Body, BreakableJoint, Damping, Foundation, Freedom, InelasticJoint, InnerDamping, Joint, JointLaw, Load,
-    Material, Model, ModelError, Mount, Pose, RigidBody, Section, Segment, State, Stiffness, Strength, Stretch,
+    Air, Body, BreakableJoint, Change, Changing, Damping, Foundation, Freedom, InelasticJoint, InnerDamping, Joint,
+    JointLaw, Load, Material, Model, ModelError, Mount, Pose, RigidBody, Section, Segment, State, Stiffness, Strength,
+    Stretch,
 };
 
 mod copies;
@@ -143,6 +144,12 @@ impl Assembly {
             let mut joint = self.joint([(a, 1.0), (b, 0.0)], &[self.half(a), self.half(b)]);
             joint.rest_darboux = self.current_darboux(&joint);
             self.add_joint(joint, &[a, b]);
+            if let Some(track) = spec.rests.get(if spec.rests.len() == 1 { 0 } else { k }) {
+                let of = Changing::Rest(self.model.joints.len() - 1);
+                self.model.changes.push(Change { of, track: track.clone() });
+                self.set_last_rest(track.at(0.0));
+                continue;
+            }
             let rest = match &spec.rest {
                 RestShape::Initial => continue,
                 RestShape::Straight => Vector3::zeros(),
@@ -189,13 +196,17 @@ impl Assembly {
             self.state.orientations[i] *= roll;
         }
         let mut joints = std::mem::take(&mut self.model.joints);
-        for joint in &mut joints {
+        for (k, joint) in joints.iter_mut().enumerate() {
             let inside = [joint.a, joint.b].map(|body| matches!(body, Body::Segment(i) if rod.contains(&i)));
             match (inside, joint.a, joint.b) {
                 ([false, false], ..) => continue,
-                ([true, true], ..) => joint.rest_darboux = roll.inverse() * joint.rest_darboux,
-                (_, Body::Anchor(k), _) | (_, _, Body::Anchor(k)) => {
-                    self.model.anchors[k].orientation *= roll;
+                ([true, true], ..) => {
+                    joint.rest_darboux = roll.inverse() * joint.rest_darboux;
+                    let own = self.model.changes.iter_mut().filter(|change| change.of == Changing::Rest(k));
+                    own.for_each(|change| change.track = Arc::new(change.track.turned(&roll.inverse())));
+                }
+                (_, Body::Anchor(anchor), _) | (_, _, Body::Anchor(anchor)) => {
+                    self.model.anchors[anchor].orientation *= roll;
                     joint.rest_darboux = roll.inverse() * joint.rest_darboux;
                 }
                 _ if joint.mount.is_some() => {
@@ -302,8 +313,8 @@ impl Assembly {
     /// Lays segments on springs that pull their centres to where they are drawn, without moments: one anchor and one joint a segment, so that
     /// equilibria, modes and derivatives know them. A rod on N segments turns by itself about each centre.
     pub fn foundation(&mut self, segments: Range<usize>, springs: &Foundation) -> &mut Self {
-        // A joint has a stiffness in all directions: one that counts for nothing beside the others.
-        let softest = 1e-12 * springs.across.max(springs.along);
+        // A joint has a stiffness in all directions; with less than a millionth of the others' its rows lose too many digits.
+        let softest = 1e-6 * springs.across.max(springs.along);
         if softest <= 0.0 {
             return self;
         }

@@ -34,7 +34,7 @@ pub fn successors(model: &Model) -> Vec<Option<Successor>> {
 impl Model {
     /// Indices into [`Model::joints`] of the joints of one rod, in order along it. `segments` is what
     /// [`crate::Assembly::rod`] returned, or a `RodInfo::segments` of a scene. A clamp of the rod's start face comes first,
-    /// one of its end face last; joints to other rods are left out. An open rod of N segments, not clamped at its faces,
+    /// one of its end face last; joints to other rods and springs along the rod are left out. An open rod of N segments, not clamped at its faces,
     /// has N - 1 joints: joint k of them is between its segments k and k + 1.
     pub fn joints_of(&self, segments: &Range<usize>) -> Vec<usize> {
         let is_own = |body| match body {
@@ -42,7 +42,7 @@ impl Model {
             Body::Anchor(_) => true,
         };
         let place = |joint: &Joint| match (joint.a, joint.b) {
-            _ if !is_own(joint.a) || !is_own(joint.b) => None,
+            _ if !is_own(joint.a) || !is_own(joint.b) || joint.is_foundation() => None,
             (Body::Segment(i), _) => Some((i, joint.offset_a)),
             (_, Body::Segment(i)) => Some((i, joint.offset_b)),
             _ => None,

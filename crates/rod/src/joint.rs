@@ -48,6 +48,13 @@ impl Joint {
         of_a * rotation_of(&self.rest_darboux, self.length) * of_b.inverse()
     }
 
+    /// Whether it is the spring to the ground at the centre of a segment, which may turn ([`crate::Assembly::foundation`]): no joint of the rod
+    /// itself, and nothing that holds it.
+    pub fn is_foundation(&self) -> bool {
+        let is_centre = self.offset_a == 0.0 && self.offset_b == 0.0;
+        matches!((self.a, self.b), (Body::Anchor(_), Body::Segment(_))) && self.freedom == Freedom::Ball && is_centre
+    }
+
     /// Whether it is measured from rest frames other than those of its bodies.
     #[inline]
     pub fn has_rest_frames(&self) -> bool {

@@ -69,7 +69,7 @@ pub use joint_force::{JointForce, curvature};
 pub use material::{Foundation, InnerDamping, Material, Stretch};
 pub use mesh::{Mesh, MeshError};
 pub use mode::{Mode, Restoring};
-pub use model::{Damping, Joint, Load, Model, Segment};
+pub use model::{Damping, Joint, Lift, Load, Model, Segment};
 pub use motion::{Interpolation, Keyframe, KeyframeError, Motion, MovingPose};
 pub use part::Part;
 pub use pose::Pose;

@@ -197,6 +197,15 @@ impl Load {
     }
 }
 
+/// A load that stands for buoyancy: Archimedes' force, minus gravity times the mass of what is displaced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lift {
+    /// Index of the load.
+    pub load: usize,
+    /// Mass of the fluid that the segment displaces [kg].
+    pub mass: f64,
+}
+
 /// Damping against the still surroundings: velocities decay as exp(-rate t) where nothing else acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Damping {
@@ -217,6 +226,8 @@ pub struct Model {
     pub anchors: Vec<Pose>,
     /// Loads; constant unless [`Model::changes`] names them.
     pub loads: Vec<Load>,
+    /// Loads that stand for what the fluid about a segment lifts it by: they follow gravity. In ascending order of their loads.
+    pub lifts: Vec<Lift>,
     /// Motions of fixed segments and anchors; what has none keeps its first velocity, or stays where it is. One with times
     /// takes hold of its body and lets it go again.
     pub motions: Vec<Driven>,

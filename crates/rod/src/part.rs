@@ -5,8 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::{
-    Body, BreakableJoint, Carried, Change, Changing, Contacts, Driven, InelasticJoint, JointForce, Load, Model, Motion,
-    Pose, Pulley, Sheath, SlidingJoint, State,
+    Body, BreakableJoint, Carried, Change, Changing, Contacts, Driven, InelasticJoint, JointForce, Lift, Load, Model,
+    Motion, Pose, Pulley, Sheath, SlidingJoint, State,
 };
 
 /// Some rods of a model without the others: see [`Model::part`].
@@ -77,6 +77,7 @@ impl Model {
             let joint = joints.binary_search(&own.joint).ok()?;
             Some(BreakableJoint { joint, ..*own })
         };
+        let lift = |own: &Lift| Some(Lift { load: *of_load.get(&own.load)?, ..*own });
         let change = |change: &Change| {
             let of = match change.of {
                 Changing::Gravity => Changing::Gravity,
@@ -93,6 +94,7 @@ impl Model {
             joints: joints.iter().filter_map(joint).collect(),
             anchors: anchors.iter().map(|&k| self.anchors[k]).collect(),
             loads: loads.iter().map(load).collect(),
+            lifts: self.lifts.iter().filter_map(lift).collect(),
             motions: self.motions.iter().filter_map(driven).collect(),
             sliding_joints: self.sliding_joints.iter().filter_map(slides).collect(),
             pulleys: self.pulleys.iter().filter_map(on_pulley).collect(),

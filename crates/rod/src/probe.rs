@@ -119,7 +119,8 @@ impl Probe {
             let offset = a.or((joint.b == own).then_some(joint.offset_b))?;
             Some((offset - self.offset).abs())
         };
-        let found = model.joints.iter().enumerate().filter_map(|(index, joint)| Some((index, distance(joint)?)));
+        let found = model.joints.iter().enumerate().filter(|(_, joint)| !joint.is_foundation());
+        let found = found.filter_map(|(index, joint)| Some((index, distance(joint)?)));
         found.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(index, _)| index)
     }
 

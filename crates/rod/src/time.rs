@@ -37,6 +37,9 @@ impl Model {
                 Changing::Rest(joint) => self.joints[joint].rest_darboux = value,
             }
         }
+        for lift in &self.lifts {
+            self.loads[lift.load].force = self.gravity * -lift.mass;
+        }
     }
 
     /// Whether any of its motions takes hold or lets go on the way.

@@ -97,12 +97,30 @@ impl Track {
         self.knots.iter().map(|knot| knot.time)
     }
 
+    /// Times until a last one at which it need not be smooth [s], ascending: those of all repetitions.
+    pub fn times_until(&self, until: f64) -> Vec<f64> {
+        let mut times: Vec<f64> = self.times().collect();
+        let period = times[times.len() - 1] - times[0];
+        if self.repeats && period > 0.0 {
+            let own = times.clone();
+            let more = (1..).map(|k| f64::from(k) * period).take_while(|shift| own[0] + shift < until);
+            times.extend(more.flat_map(|shift| own[1..].iter().map(move |time| time + shift).collect::<Vec<_>>()));
+        }
+        times.retain(|time| *time <= until);
+        times
+    }
+
     /// The vector at `time` [s].
     pub fn at(&self, time: f64) -> Vector3<f64> {
         let (first, last) = (self.knots[0].time, self.knots[self.knots.len() - 1].time);
         let is_again = self.repeats && time > last;
-        let time = if is_again { first + (time - first).rem_euclid(last - first) } else { time };
-        let next = self.knots.partition_point(|knot| knot.time <= time + 1e-14 * time.abs());
+        // As far as rounding of the time itself may go.
+        let near = 1e-14 * time.abs();
+        let mut time = if is_again { first + (time - first).rem_euclid(last - first) } else { time };
+        if is_again && time + near >= last {
+            time = first;
+        }
+        let next = self.knots.partition_point(|knot| knot.time <= time + near);
         let Some(here) = next.checked_sub(1).map(|k| &self.knots[k]) else { return self.knots[0].value };
         let Some(next) = self.knots.get(next) else { return here.value };
         let length = next.time - here.time;
@@ -151,6 +169,13 @@ mod tests {
             assert!((track.at(time) - way(time - 0.5)).norm() < 5e-3, "{time}");
         }
         assert_eq!(track.at(0.0), Vector3::zeros());
+        let held: Vec<_> = (0..=10).map(|k| (0.01 * f64::from(k), Vector3::x() * f64::from(k % 10))).collect();
+        let held = Track::new(&held, Interpolation::Held).unwrap().repeated().unwrap();
+        // Each value from its time on, in the thousandth repetition, too.
+        for step in 0..10_000 {
+            assert_eq!(held.at(0.01 * f64::from(step)).x, f64::from(step % 10), "step {step}");
+        }
+        assert_eq!(held.times_until(0.25).len(), 26);
         let open = Track::new(&values[..5], Interpolation::Linear).unwrap();
         assert_eq!(open.repeated(), Err(KeyframeError::Repeat));
     }

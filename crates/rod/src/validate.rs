@@ -250,6 +250,12 @@ fn validate_motions(model: &Model, state: &State) -> Result<(), ModelError> {
 
 /// Checks that what changes is there, and that nothing changes in two ways.
 fn validate_changes(model: &Model) -> Result<(), ModelError> {
+    for (index, lift) in model.lifts.iter().enumerate() {
+        let (to, count) = (lift.load, model.loads.len());
+        if to >= count {
+            return Err(ModelError::Index { what: "lift", index, target: "load", to, count });
+        }
+    }
     let mut first = HashMap::new();
     for (index, change) in model.changes.iter().enumerate() {
         let refers = match change.of {

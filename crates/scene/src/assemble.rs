@@ -1,10 +1,12 @@
 //! From the file's words to a checked model: every value is checked before anything large is allocated.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use nalgebra::Vector3;
-use rod::{Air, Assembly, Body, Change, Changing, Damping, Gusts, Integrator, Load, Model, ModelError, Wind};
+use rod::{
+    Air, Assembly, Body, Change, Changing, Damping, Gusts, Integrator, Lift, Load, Model, ModelError, SlidingJoint,
+    Wind,
+};
 use toml::Spanned;
 
 use crate::builder::Builder;
@@ -112,7 +114,11 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
 
     let Builder { assembly, rods, .. } = builder;
     let (mut model, state) = assembly.finish();
-    if file.air.as_ref().is_some_and(|air| air.buoyancy) {
+    if let Some(buoyancy) = file.air.as_ref().and_then(|air| air.buoyancy.as_ref()).filter(|own| *own.get_ref()) {
+        if model.sliding_joints.iter().any(SlidingJoint::has_store) {
+            return source
+                .wrong(buoyancy.span(), "does not go with a feed that has a store, which bears what is in it");
+        }
         lift(&mut model);
     }
     if file.bending == format::Bending::RestRotation {
@@ -158,15 +164,10 @@ fn air(source: &Source, air: &format::Air) -> Result<Air> {
 /// Lets what the air about each segment and body weighs lift it: Archimedes' force, at the centre.
 fn lift(model: &mut Model) {
     let Some(density) = model.air.as_ref().map(|air| air.density) else { return };
-    let over_time =
-        model.changes.iter().find(|change| change.of == Changing::Gravity).map(|change| change.track.clone());
     for (i, segment) in model.segments.iter().enumerate() {
         let round = std::f64::consts::PI * segment.radius.powi(2) * segment.length;
         let mass = density * segment.body.as_ref().map_or(round, |body| body.shape.volume());
-        if let Some(track) = &over_time {
-            let (of, track) = (Changing::Force(model.loads.len()), Arc::new(track.scaled(-mass)));
-            model.changes.push(Change { of, track });
-        }
+        model.lifts.push(Lift { load: model.loads.len(), mass });
         let (force, zero) = (model.gravity * -mass, Vector3::zeros());
         model.loads.push(Load { segment: i, offset: 0.0, force, torque: zero, follows: false });
     }

@@ -40,13 +40,23 @@ pub(crate) struct Builder {
     pub(crate) parents: Vec<Option<usize>>,
     /// How long the scene is run [s].
     pub(crate) end: f64,
+    /// The two segments that each motor turns.
+    pub(crate) motors: Vec<[usize; 2]>,
     by_name: HashMap<String, usize>,
 }
 
 impl Builder {
     /// A builder without rods, whose segments will be cut into parts.
     pub(crate) fn new(refinement: Refinement, assembly: Assembly, end: f64) -> Self {
-        Self { refinement, assembly, rods: Vec::new(), parents: Vec::new(), end, by_name: HashMap::new() }
+        Self {
+            refinement,
+            assembly,
+            rods: Vec::new(),
+            parents: Vec::new(),
+            end,
+            motors: Vec::new(),
+            by_name: HashMap::new(),
+        }
     }
 
     pub(crate) fn segment(&mut self, i: usize) -> Segment {

@@ -13,6 +13,11 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format
     let own = entry.get_ref();
     let originals = originals(builder, source, own)?;
     let ranges: Vec<_> = originals.iter().map(|&rod| builder.rods[rod].segments.clone()).collect();
+    let is_copied = |segment: usize| ranges.iter().any(|range| range.contains(&segment));
+    if builder.motors.iter().any(|&[a, b]| is_copied(a) != is_copied(b)) {
+        return source
+            .wrong(own.rods.span(), "a motor turns one of these rods against another one; name that rod, too");
+    }
     let (each, before): (usize, _) = (ranges.iter().map(|segments| segments.len()).sum(), builder.segments());
     let places = places(source, entry, &|copies| {
         let total = each.saturating_mul(copies).saturating_add(before);

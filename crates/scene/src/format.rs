@@ -115,8 +115,7 @@ pub(crate) struct Air {
     pub(crate) density_kg_m3: Option<Number>,
     pub(crate) normal_drag: Option<Number>,
     pub(crate) tangential_drag: Option<Number>,
-    #[serde(default)]
-    pub(crate) buoyancy: bool,
+    pub(crate) buoyancy: Option<Spanned<bool>>,
     pub(crate) wind: Option<Wind>,
 }
 

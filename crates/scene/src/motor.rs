@@ -28,6 +28,9 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format
         }
         _ => return source.wrong(entry.span(), "give either `torque_n_m`, or `times_s` and `torques_n_m`"),
     };
+    if *repeats && times_s.is_none() {
+        return source.wrong(entry.span(), "`repeats` goes with `times_s`");
+    }
     let model = builder.assembly.model_mut();
     let Some(joint) = model.joints.last().copied() else { return Ok(()) };
     let (Body::Segment(a), Body::Segment(b)) = (joint.a, joint.b) else { return Ok(()) };
@@ -42,5 +45,6 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format
         let torque = axis * first;
         model.loads.push(Load { segment, offset: 0.0, force: Vector3::zeros(), torque, follows: true });
     }
+    builder.motors.push([a, b]);
     Ok(())
 }

@@ -1,17 +1,16 @@
 //! Rest shapes that change over time: muscles, wires with memory, growth by bending.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use rod::{Body, Change, Changing, Track};
+use rod::Track;
 use toml::Spanned;
 
-use crate::builder::Builder;
 use crate::columns::{Table, text};
 use crate::error::{Result, Source, short};
 use crate::format;
 use crate::motion::{ascending, interpolation, made, one_a_time};
+use crate::refine::Refinement;
 
 /// Columns of a file.
 const TIME: [&str; 1] = ["time_s"];
@@ -26,44 +25,29 @@ struct Course {
     smooth: rod::Interpolation,
 }
 
-/// The joints between a rod's segments that were made from `first` on.
-fn joints(builder: &mut Builder, segments: &Range<usize>, first: usize) -> Vec<usize> {
-    let inside = |body: Body| matches!(body, Body::Segment(i) if segments.contains(&i));
-    let joints = &builder.assembly.model_mut().joints;
-    (first..joints.len()).filter(|&k| inside(joints[k].a) && inside(joints[k].b)).collect()
-}
-
-/// Lets the rest shape of a rod, whose joints were made from `first` on, change over time.
-pub(crate) fn change(
-    builder: &mut Builder,
+/// The rests over time of a rod of so many `segments` of the file, whose `longest` part [m] is that long: one for all its joints, or one each.
+pub(crate) fn tracks(
     source: &Source,
     entry: &Spanned<format::RestOverTime>,
-    segments: &Range<usize>,
-    first: usize,
-    closed: bool,
-) -> Result<()> {
-    let joints = joints(builder, segments, first);
-    let refinement = builder.refinement;
-    let of_file = refinement.count(segments);
-    let longest = segments.clone().map(|i| builder.segment(i).length).fold(0.0, f64::max) * refinement.0 as f64;
-    let Course { times, values, smooth } = course(source, entry, of_file - usize::from(!closed), longest)?;
+    longest: f64,
+    (segments, closed): (usize, bool),
+    refinement: Refinement,
+) -> Result<Vec<Arc<Track>>> {
+    let joints = segments - usize::from(!closed);
+    if joints == 0 {
+        return source.wrong(entry.span(), "a rod of one segment has no joints that bend");
+    }
+    let Course { times, values, smooth } = course(source, entry, joints, longest)?;
     let track = |values: Vec<Vector3<f64>>| {
         let values: Vec<_> = times.iter().copied().zip(values).collect();
         made(source, entry.span(), &values, smooth, entry.get_ref().repeats)
     };
-    let tracks: Vec<Arc<Track>> = if values.iter().all(|values| values.len() == 1) {
-        vec![track(values.iter().map(|values| values[0]).collect())?; joints.len()]
-    } else {
-        let of_joints = |values: &Vec<_>| refinement.of_joints(values, of_file, closed);
-        let all: Vec<Vec<Vector3<f64>>> = values.iter().map(of_joints).collect();
-        (0..joints.len()).map(|k| track(all.iter().map(|values| values[k]).collect())).collect::<Result<_>>()?
-    };
-    let model = builder.assembly.model_mut();
-    for (joint, track) in joints.into_iter().zip(tracks) {
-        model.joints[joint].rest_darboux = track.at(0.0);
-        model.changes.push(Change { of: Changing::Rest(joint), track });
+    if values.iter().all(|values| values.len() == 1) {
+        return Ok(vec![track(values.iter().map(|values| values[0]).collect())?]);
     }
-    Ok(())
+    let of_joints = |values: &Vec<_>| refinement.of_joints(values, segments, closed);
+    let all: Vec<Vec<Vector3<f64>>> = values.iter().map(of_joints).collect();
+    (0..all[0].len()).map(|k| track(all.iter().map(|values| values[k]).collect())).collect()
 }
 
 fn course(source: &Source, entry: &Spanned<format::RestOverTime>, joints: usize, longest: f64) -> Result<Course> {

@@ -52,7 +52,6 @@ fn build(
     motions: &[Prepared],
 ) -> Result<()> {
     let rod = entry.get_ref();
-    let first_joint = builder.assembly.model_mut().joints.len();
     let segments = match branch_of {
         Some(Spot::Rod(segment, fraction)) => builder.add_rod(name, spec, Some((segment, fraction))),
         _ => builder.add_rod(name, spec, None),
@@ -61,12 +60,6 @@ fn build(
         builder.assembly.join_body(segments.start, 0.0, body, &at.unwrap_or_default());
     }
     branch::shape_joint(builder, source, rod, branch_of)?;
-    if let Some(course) = &rod.rest_over_time {
-        if rod.rest.is_some() {
-            return source.wrong(course.span(), "does not go with `rest`; leave one of them out");
-        }
-        rest::change(builder, source, course, &segments, first_joint, spec.closed)?;
-    }
     let count = builder.refinement.count(&segments);
     if spec.closed && !rod.clamp.is_empty() {
         return source.wrong(rod.clamp[0].span(), "a closed rod has no ends; name `fixed_segments` instead");
@@ -162,6 +155,12 @@ fn spec(builder: &mut Builder, source: &Source, rod: &format::Rod, branch_of: Op
         )?,
         ..RodSpec::new(nodes, 0.0, material)
     };
+    if let Some(course) = &rod.rest_over_time {
+        if rod.rest.is_some() {
+            return source.wrong(course.span(), "does not go with `rest`; leave one of them out");
+        }
+        spec.rests = rest::tracks(source, course, longest, (segments, closed), builder.refinement)?;
+    }
     spec.strains = strains(source, rod, &spec)?;
     spec.laws = laws(source, rod, &spec, parts)?;
     spec.strengths = strengths(source, rod, &spec.nodes, closed)?;
@@ -227,6 +226,9 @@ pub(crate) fn add_forces(
         if let (Some(constant), Some(_)) = (constant, list) {
             return source.wrong(constant.span(), "is given over time, too; leave one of them out");
         }
+    }
+    if *repeats && times_s.is_none() {
+        return source.wrong(load.span(), "`repeats` goes with `times_s`");
     }
     if let (Some(interpolation), None) = (interpolation, times_s) {
         return source.wrong(interpolation.span(), "goes with `times_s`");

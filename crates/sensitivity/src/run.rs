@@ -83,6 +83,7 @@ pub(super) fn check_all(model: &Model) -> Result<(), DerivativeError> {
     refuse(!model.sliding_joints.is_empty(), "eyelets")?;
     refuse(!model.pulleys.is_empty(), "pulleys")?;
     refuse(model.loads.iter().any(|load| load.follows), "loads that turn with their segments")?;
+    refuse(!model.lifts.is_empty(), "buoyancy")?;
     refuse(!model.contacts.sheaths.is_empty(), "sheaths")?;
     refuse(!model.laws.is_empty(), "joints that are not elastic")?;
     refuse(model.motions.iter().any(|driven| driven.is_timed()), "grips that take hold or let go on the way")?;

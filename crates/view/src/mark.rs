@@ -81,7 +81,8 @@ pub(crate) fn grips(model: &Model) -> Vec<Grip> {
     let is_held = |&i: &usize| model.segments[i].fixed || driven.contains(&Body::Segment(i));
     let fixed = (0..model.segments.len()).filter(is_held);
     let fixed = fixed.map(|i| new(i, Vector3::zeros(), Body::Segment(i)));
-    let anchored = model.joints.iter().filter_map(|joint| {
+    let holding = model.joints.iter().filter(|joint| !joint.is_foundation());
+    let anchored = holding.filter_map(|joint| {
         let own = nalgebra::UnitQuaternion::identity();
         match (joint.a, joint.b) {
             (Body::Segment(i), of @ Body::Anchor(_)) => Some(new(i, joint.arm_a(&own), of)),
@@ -120,16 +121,24 @@ pub(crate) fn always(mut grips: Vec<Grip>, frames: usize) -> Vec<Grip> {
     grips
 }
 
-/// The loads of `model`.
+/// The loads of `model`; what lifts its segments would be an arrow each.
 pub(crate) fn loads(model: &Model) -> Vec<Load> {
     let new = |load: &rod::Load| Load { segment: load.segment, offset: load.offset as f32, force: Vec::new() };
-    model.loads.iter().map(new).collect()
+    acting(model).map(new).collect()
 }
 
-/// Adds a frame of a model as it is then.
-pub(crate) fn load(loads: &mut [Load], model: &Model) {
-    for (own, load) in loads.iter_mut().zip(&model.loads) {
-        own.force.push(load.force.map(|x| x as f32).into());
+/// Loads but for those that stand for buoyancy.
+fn acting(model: &Model) -> impl Iterator<Item = &rod::Load> {
+    let mut lifts = model.lifts.iter().peekable();
+    let mut is_lift = move |k: usize| lifts.next_if(|lift| lift.load == k).is_some();
+    model.loads.iter().enumerate().filter(move |(k, _)| !is_lift(*k)).map(|(_, load)| load)
+}
+
+/// Adds a frame of a model as it is then, in world axes.
+pub(crate) fn load(loads: &mut [Load], model: &Model, state: &State) {
+    for (own, load) in loads.iter_mut().zip(acting(model)) {
+        let [force, _] = load.in_world(&state.orientations[load.segment]);
+        own.force.push(force.map(|x| x as f32).into());
     }
 }
 

@@ -136,7 +136,7 @@ impl Recorder {
             self.model.set_time(frame.time);
         }
         mark::hold(&mut self.grips, &self.model, self.time.len() - 1);
-        mark::load(&mut self.loads, &self.model);
+        mark::load(&mut self.loads, &self.model, frame.state);
         let time = self.time.last().copied().unwrap_or(0.0);
         for moved in &mut self.moved {
             moved.push(&self.model.contacts.obstacles[moved.obstacle].at(time).pose);

@@ -49,7 +49,8 @@ impl<T: Real> Component<T> {
         let wind = air.wind.at(time + dt);
         let (zero, half, two, h) = (T::zero(), T::splat(0.5), T::splat(2.0), *effective);
         scratch.fill(Spatial::zero());
-        for load in loads.iter() {
+        for load in loads.iter_mut() {
+            load.begin(&poses[load.body].q);
             scratch[load.body].linear += load.force;
         }
         for (i, body) in exposed.iter().enumerate() {

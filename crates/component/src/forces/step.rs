@@ -1,5 +1,7 @@
 //! Loads, gravity and rest shapes of a component.
 
+use std::collections::HashMap;
+
 use kernels::lane::Real;
 use kernels::math::Vec3;
 use nalgebra::Vector3;
@@ -7,13 +9,14 @@ use rod::{Change, Changing, Model};
 
 use super::{Target, Varying};
 use crate::constants::{BodyLoad, Follower};
-use crate::parts::{put, vec3};
+use crate::parts::{pick, put, vec3};
 use crate::{Component, Members};
 
 impl<T: Real> Component<T> {
     /// Adds a model's loads, and what of them, of gravity and of rest shapes changes over time, in each of these sets, one a
     /// lane.
     pub(crate) fn add_loads(&mut self, model: &Model, lanes: &[&Members]) {
+        let lifts: HashMap<usize, f64> = model.lifts.iter().map(|lift| (lift.load, lift.mass)).collect();
         for (lane, members) in lanes.iter().enumerate() {
             let changes = |of: Changing| model.changes.iter().filter(move |course| course.of == of);
             let change = |of: Target| move |course: &Change| Varying { lane, of, track: course.track.clone() };
@@ -21,7 +24,7 @@ impl<T: Real> Component<T> {
             self.changing.extend(model.changes.iter().filter_map(|course| {
                 let Changing::Rest(joint) = course.of else { return None };
                 let place = members.joints.binary_search(&joint).ok()?;
-                Some(change(Target::Rest(place))(course))
+                Some(change(Target::Rest(place, joint))(course))
             }));
             for (index, load) in model.loads.iter().enumerate() {
                 let Ok(body) = members.segments.binary_search(&load.segment) else { continue };
@@ -32,8 +35,18 @@ impl<T: Real> Component<T> {
                 let zero = Vec3::zero();
                 let follows = load.follows.then_some(Follower { force: zero, torque: zero, predicted: zero });
                 let turns = turns || load.follows;
-                let mut own =
-                    BodyLoad { index, lane, body, offset: T::zero(), force: zero, torque: zero, own: follows, turns };
+                let lift = lifts.get(&index).copied().unwrap_or(0.0);
+                let mut own = BodyLoad {
+                    index,
+                    lane,
+                    body,
+                    offset: T::zero(),
+                    force: zero,
+                    torque: zero,
+                    own: follows,
+                    lift,
+                    turns,
+                };
                 own.offset.set_lane(lane, load.offset);
                 let [force, torque] = own.given();
                 put(force, lane, vec3(&load.force));
@@ -57,6 +70,7 @@ impl<T: Real> Component<T> {
     /// Changes gravity [m/s^2].
     pub fn set_gravity(&mut self, gravity: &Vector3<f64>) {
         self.gravity = Vec3(vec3(gravity).map(T::splat));
+        self.lift();
     }
 
     /// Changes the rest Darboux vector [1/m] of a joint of one lane.
@@ -66,14 +80,29 @@ impl<T: Real> Component<T> {
 
     /// Makes loads, gravity and rest shapes those of `time` [s].
     pub fn set_forces(&mut self, time: f64) {
+        let mut is_other_gravity = false;
         for Varying { lane, of, track } in &self.changing {
             let value = vec3(&track.at(time));
             match *of {
-                Target::Gravity => put(&mut self.gravity, *lane, value),
+                Target::Gravity => {
+                    put(&mut self.gravity, *lane, value);
+                    is_other_gravity = true;
+                }
                 Target::Load(place) => put(self.loads[place].given()[0], *lane, value),
                 Target::Torque(place) => put(self.loads[place].given()[1], *lane, value),
-                Target::Rest(joint) => put(&mut self.joints[joint].rest_darboux, *lane, value),
+                Target::Rest(joint, _) => put(&mut self.joints[joint].rest_darboux, *lane, value),
             }
+        }
+        if is_other_gravity {
+            self.lift();
+        }
+    }
+
+    /// Makes buoyancy that of gravity as it is now.
+    fn lift(&mut self) {
+        for load in self.loads.iter_mut().filter(|load| load.lift != 0.0) {
+            let gravity = pick(self.gravity, load.lane);
+            put(&mut load.force, load.lane, (gravity * -load.lift).0);
         }
     }
 }

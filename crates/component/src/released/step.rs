@@ -30,6 +30,12 @@ impl<T: Real> Component<T> {
                 self.set_broken(lane, k, true);
             }
         }
+        self.note_order();
+    }
+
+    /// Notes whether they are in the order of their joints, so that a joint's are found at once: rods on springs have many.
+    fn note_order(&mut self) {
+        self.is_released_in_order = self.released.is_sorted_by_key(|one| one.joint);
     }
 
     /// Whether a joint of a lane leaves something free.
@@ -53,6 +59,7 @@ impl<T: Real> Component<T> {
             }
         }
         self.released.retain(|one| one.is_apart() || one.turns != Turns::None);
+        self.note_order();
     }
 
     /// Makes a joint of a lane one that has broken, or one that has not.
@@ -62,6 +69,7 @@ impl<T: Real> Component<T> {
             None => self.released.push(Released { lane, joint, turns: Turns::None, open: false, broken }),
         }
         self.released.retain(|one| one.is_apart() || one.turns != Turns::None);
+        self.note_order();
         self.broken.resize(self.system.topology.joints.len(), false);
         self.broken[joint] = broken;
         if self.broken.iter().all(|broken| !broken) {
@@ -78,6 +86,7 @@ impl<T: Real> Component<T> {
                 self.released.push(Released { lane, joint, turns: Turns::None, open: true, broken: false });
             }
         }
+        self.note_order();
     }
 
     /// Closes the joints of a segment that comes out of a store, but for those to what is stored still.
@@ -203,8 +212,11 @@ impl<T: Real> Component<T> {
 
     /// Rows of a joint, zero where it is free.
     pub(crate) fn without_free_rows(&self, joint: usize, x: Spatial<T>) -> Spatial<T> {
-        let own = self.released.iter().filter(|one| one.joint == joint);
-        own.fold(x, masked)
+        if self.is_released_in_order {
+            let first = self.released.partition_point(|one| one.joint < joint);
+            return self.released[first..].iter().take_while(|one| one.joint == joint).fold(x, masked);
+        }
+        self.released.iter().filter(|one| one.joint == joint).fold(x, masked)
     }
 
     /// Drops what a guess says of multipliers of free rows.

@@ -100,6 +100,60 @@ fn becks_column_flutters_beyond_its_critical_load() {
 }
 
 #[test]
+fn what_floats_follows_gravity_that_is_set() {
+    let (mut model, mut state) = {
+        let mut assembly = Assembly::new(GRAVITY);
+        let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 6);
+        assembly.rod(&RodSpec::new(nodes, 0.02, material(1e7, 1000.0)));
+        assembly.finish()
+    };
+    // As heavy as what it displaces.
+    for (segment, own) in model.segments.iter().enumerate() {
+        model.lifts.push(rod::Lift { load: segment, mass: own.mass() });
+        let force = -GRAVITY * own.mass();
+        model.loads.push(Load { segment, offset: 0.0, force, torque: Vector3::zeros(), follows: false });
+    }
+    let mut simulation = Simulation::new(&model, &state, &newton(Integrator::Bdf2), None).unwrap();
+    for gravity in [GRAVITY, Vector3::zeros(), Vector3::x() * 5.0] {
+        simulation.set_gravity(gravity).unwrap();
+        for _ in 0..20 {
+            simulation.step(0.01).unwrap();
+        }
+        simulation.store(&mut state);
+        assert!(state.velocities.iter().all(|v| v.norm() < 1e-9), "{gravity}");
+    }
+}
+
+#[test]
+fn in_air_a_thrust_brings_a_rod_to_its_terminal_speed() {
+    let mut assembly = Assembly::new(Vector3::zeros());
+    let nodes = shape::straight(Vector3::zeros(), Vector3::x(), 1.0, 4);
+    let rod = assembly.rod(&RodSpec::new(nodes, 0.02, material(1e7, 1000.0)));
+    let wind = rod::Wind::steady(Vector3::zeros());
+    assembly.air(rod::Air { density: 1000.0, normal_drag: 1.1, tangential_drag: 0.01, wind });
+    for segment in rod.clone() {
+        // Along d1 of a rod along x, which is across it.
+        assembly.load(Load {
+            segment,
+            offset: 0.0,
+            force: Vector3::x() * 10.0,
+            torque: Vector3::zeros(),
+            follows: true,
+        });
+    }
+    let (model, mut state) = assembly.finish();
+    let mut simulation = Simulation::new(&model, &state, &newton(Integrator::Bdf2), None).unwrap();
+    for _ in 0..200 {
+        assert_eq!(simulation.step(0.02).unwrap().status, Status::Converged);
+    }
+    simulation.store(&mut state);
+    // 0.5 rho C 2 r l v^2 = F.
+    let expected = (40.0_f64 / (0.5 * 1000.0 * 1.1 * 0.04 * 1.0)).sqrt();
+    let found = state.velocities[1].norm();
+    assert!((found / expected - 1.0).abs() < 1e-3, "{found} m/s, not {expected}");
+}
+
+#[test]
 fn at_rest_a_load_that_follows_is_across_the_bent_rod() {
     let (model, mut state): (Model, State) = {
         let mut assembly = Assembly::new(Vector3::zeros());

@@ -80,3 +80,36 @@ fn a_rod_swings_on_its_springs_and_they_damp_it() {
         }
     }
 }
+
+#[test]
+fn springs_in_one_direction_hold_in_that_one() {
+    for (springs, soft, stiff) in [
+        (
+            Foundation { across: 1e4, along: 0.0, damping: 0.0 },
+            Vector3::new(1.0, 0.0, 1.0),
+            Vector3::new(-1.0, 0.0, 1.0),
+        ),
+        (
+            Foundation { across: 0.0, along: 1e4, damping: 0.0 },
+            Vector3::new(-1.0, 0.0, 1.0),
+            Vector3::new(1.0, 0.0, 1.0),
+        ),
+    ] {
+        let mut assembly = Assembly::new(Vector3::zeros());
+        // Drawn at half a right angle.
+        let nodes = shape::straight(Vector3::zeros(), Vector3::new(1.0, 0.0, 1.0), 1.0, 10);
+        let rod = assembly.rod(&RodSpec::new(nodes, RADIUS, material(MODULUS, DENSITY)));
+        assembly.foundation(rod, &springs);
+        let (mut model, start) = assembly.finish();
+        let load =
+            |segment| Load { segment, offset: 0.0, force: stiff.normalize(), torque: Vector3::zeros(), follows: false };
+        model.loads = (0..10).map(load).collect();
+        let mut state = start.clone();
+        let report = statics::equilibrium(&model, &mut state, &statics::StaticParams::default()).unwrap();
+        assert!(report.converged, "{springs:?}");
+        let way = state.positions[4] - start.positions[4];
+        // 10 N on 1e4 N/m, and nothing in the direction that is free.
+        assert!((way.dot(&stiff.normalize()) - 1e-3).abs() < 1e-5, "{springs:?}: {way}");
+        assert!(way.dot(&soft.normalize()).abs() < 1e-5, "{springs:?}: {way}");
+    }
+}

@@ -195,7 +195,7 @@ impl Draft {
             put!(self, "inner_damping = {{ bending_s = {bending:?}, twist_s = {twist:?}{stretch} }}");
         }
         match self.random.whole(0, 9) {
-            _ if self.driven.chance(0.1) => self.rest_over_time(),
+            _ if shape.segments > 1 && self.driven.chance(0.1) => self.rest_over_time(),
             0 | 1 => put!(self, "rest = \"straight\""),
             2 => put!(self, "rest = {{ darboux_per_m = {:?} }}", list(self.random.vector(0.5 / self.size))),
             _ => {}

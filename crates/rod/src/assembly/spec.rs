@@ -1,8 +1,10 @@
 //! What a rod is to be built of.
 
+use std::sync::Arc;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::{InnerDamping, JointLaw, Material, ModelError, Section, Strength, Stretch};
+use crate::{InnerDamping, JointLaw, Material, ModelError, Section, Strength, Stretch, Track};
 
 /// The shape in which a rod has no bend-twist energy.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +47,8 @@ pub struct RodSpec {
     pub twist: f64,
     /// Shape without bend-twist energy.
     pub rest: RestShape,
+    /// The rest Darboux vectors of its joints over time [1/m], as of [`RestShape`]: none, one for all, or one a joint. They are instead of `rest`.
+    pub rests: Vec<Arc<Track>>,
     /// Strain of every segment as it is drawn, or one value a segment: its own length is that between its nodes over
     /// 1 + strain, and it lies in the middle of it, so that joints start with gaps. 0.1 is a rod drawn a tenth too long.
     /// Mass and stiffness are those of its own length. Needs a [`Stretch`] that gives way.
@@ -67,6 +71,7 @@ impl RodSpec {
             d1: None,
             twist: 0.0,
             rest: RestShape::Initial,
+            rests: Vec::new(),
             strains: vec![0.0],
         }
     }
@@ -109,6 +114,8 @@ impl RodSpec {
             strengths <= 1 || strengths == segments,
             format!("0, 1, or one a segment ({segments})"),
         )?;
+        let rests = self.rests.len();
+        check("rests over time", rests, rests <= 1 || rests == joints, format!("0, 1, or one a joint ({joints})"))?;
         if let RestShape::PerJoint(omegas) = &self.rest {
             let found = omegas.len();
             check("rest Darboux vectors", found, found == joints, format!("one a joint ({joints})"))?;

@@ -37,6 +37,31 @@ fn rests_over_time_are_what_the_keys_say() {
 }
 
 #[test]
+fn a_branch_bends_about_the_axes_of_its_drawing() {
+    // Its frames are turned about its axis to fit its parent.
+    let arms = "[[rods]]\nname = \"a\"\nshape.straight = { direction = [0, 1, 0], length_m = 1, segments = 2 }\n\
+                [[rods]]\nbranch_of = { rod = \"a\" }\nshape.straight = { direction = [0, 0, -1], length_m = 1, segments = 4 }\n";
+    let still = parse(&format!("{arms}rest = {{ darboux_per_m = [0.5, 1, 0.2] }}")).unwrap();
+    let over_time = "rest_over_time = { times_s = [0, 1], darboux_per_m = [[0.5, 1, 0.2], [0.5, 1, 0.2]] }";
+    let over_time = parse(&format!("{arms}{over_time}")).unwrap();
+    assert_eq!(over_time.model.joints, still.model.joints);
+    for change in &over_time.model.changes {
+        let Changing::Rest(joint) = change.of else { panic!("{change:?}") };
+        assert!((change.track.at(0.5) - still.model.joints[joint].rest_darboux).norm() < 1e-12);
+    }
+    assert!((still.model.joints[1].rest_darboux - Vector3::new(0.5, 1.0, 0.2)).norm() > 0.1, "they are turned");
+}
+
+#[test]
+fn probes_read_the_rod_and_not_its_springs() {
+    let springs = "[[rods.foundations]]\nacross_n_m2 = 100\n[[probes]]\nrod = \"rod-0\"\nsegment = 2\nquantities = [\"moment\"]\n";
+    let scene = with(springs).unwrap();
+    let joint = scene.probes[0].joint(&scene.model).unwrap();
+    assert!(!scene.model.joints[joint].is_foundation());
+    assert_eq!(scene.model.joints_of(&(0..4)), [0, 1, 2]);
+}
+
+#[test]
 fn a_file_has_rests_over_time() {
     let folder = tempfile::tempdir().unwrap();
     let read = |table: &str| {
@@ -107,6 +132,10 @@ fn a_motor_turns_both_rods() {
     assert_eq!(parse(&format!("{arms}{join}")).unwrap().model.loads.len(), 2);
     for (text, expected) in [
         (
+            format!("{arms}{join}[[copies]]\nrods = [\"b\"]\nshifts_m = [[1, 0, 0]]"),
+            "copies[0].rods: a motor turns one of these rods against another one; name that rod, too",
+        ),
+        (
             format!("{arms}{}", join.replace("hinge", "ball")),
             "joins[0].motor: goes with `joint = \"hinge\"` between two rods",
         ),
@@ -140,6 +169,10 @@ fn springs_lie_along_a_part_of_a_rod() {
     for (keys, expected) in [
         ("from = 0.5\nuntil = 0.5\nacross_n_m2 = 1", "rods[0].foundations[0]: `until` must be greater than `from`"),
         ("from = 0.9\nacross_n_m2 = 1", "there is no segment's centre between `from` and `until`"),
+        (
+            "across_n_m2 = 1\n[[rods.loads]]\nat = \"end-face\"\nforce_n = [1, 0, 0]\nrepeats = true",
+            "`repeats` goes with `times_s`",
+        ),
         ("from = 0.1", "give `across_n_m2` or `along_n_m2` or both"),
         ("across_n_m2 = -1", "rods[0].foundations[0].across_n_m2 = -1, but it must be finite and >= 0 [N/m^2]"),
     ] {
@@ -169,7 +202,14 @@ fn what_floats_is_lifted_by_the_water_that_it_displaces() {
         let expected = if segment.body.is_some() { 9.81 * (4.0 / 3.0 * std::f64::consts::PI - 1.0) } else { 0.0 };
         assert!((net - expected).abs() < 1e-9, "{net} N, not {expected}");
     }
+    let arrows = scene.model.lifts.iter().map(|lift| lift.load).collect::<Vec<_>>();
+    assert_eq!(arrows, [0, 1, 2, 3, 4]);
+    let feed = "[[eyelets]]\nat = { rod = \"rod-0\", segment = 2, fraction = 0 }\nfeed = { speed_m_s = 1 }\n";
+    let error = parse(&format!("{water}{ROD}{feed}")).unwrap_err();
+    assert!(error.contains("air.buoyancy: does not go with a feed that has a store"), "{error}");
     let turning = "gravity_over_time = { times_s = [0, 1], values_m_s2 = [[0, 0, -9.81], [9.81, 0, 0]] }\n";
     let scene = parse(&format!("{turning}{water}{ROD}")).unwrap();
-    assert!(scene.model.changes[1].track.at(1.0).x < 0.0);
+    let mut model = scene.model;
+    model.set_changing(1.0);
+    assert!(model.loads.iter().all(|load| load.force.x < 0.0 && load.force.z == 0.0));
 }

@@ -205,6 +205,11 @@ fn directions(case: &Case) -> Vec<(&'static str, Variation)> {
         ("orientations", of_start(case, |start, i, [.., q]| start.turns[i] = q * 1e-2)),
     ];
     match case.name {
+        "muscle" => {
+            let mut shift = Variation::zero(&case.model);
+            shift.joints.iter_mut().for_each(|joint| joint.rest_darboux = Vector3::new(0.3, -0.2, 0.1));
+            out.push(("rest over time", shift));
+        }
         "inner damping" => out.extend(
             [
                 ("inner bending", of(Parameter::InnerBending(Rods::All))),

@@ -17,7 +17,7 @@ impl Course {
         };
         let motions = model.motions.iter().filter(|driven| is_held(driven.body));
         let of_motions = motions.flat_map(|driven| driven.carried.motion.times());
-        let of_loads = model.changes.iter().flat_map(|change| change.track.times());
+        let of_loads = model.changes.iter().flat_map(|change| change.track.times_until(until));
         let within = of_motions.chain(of_loads).filter(|&time| time > 0.0 && time < until);
         let mut times: Vec<f64> = within.chain([0.0, until]).collect();
         times.sort_by(f64::total_cmp);
