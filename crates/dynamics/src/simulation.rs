@@ -3,6 +3,7 @@
 mod feeds;
 mod holds;
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use component::snapshot::{Snapshot, StateVisitor};
@@ -339,7 +340,8 @@ impl Simulation {
             pieces.push(Piece::ContactWorld(Box::new(sets)));
         }
         let held = model.segments.iter().map(|segment| segment.fixed).collect();
-        let changes = |of: &[Changing]| model.changes.iter().any(|change| of.contains(&change.of));
+        let changing: HashSet<Changing> = model.changes.iter().map(|change| change.of).collect();
+        let changes = |of: &[Changing]| of.iter().any(|of| changing.contains(of));
         let mut simulation = Self {
             pieces,
             params,

@@ -1,6 +1,6 @@
 //! Snapshots as files: where a run goes on as if it had not ended.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -114,7 +114,8 @@ pub(crate) fn hash(model: &Model) -> String {
     let is_driven: Vec<bool> =
         bare.contacts.obstacles.iter_mut().map(|obstacle| obstacle.motion.take().is_some()).collect();
     // What changes is in the model as it is at first.
-    let is_first = |of: &Changing| changes.iter().any(|change| change.of == *of);
+    let changing: HashSet<Changing> = changes.iter().map(|change| change.of).collect();
+    let is_first = |of: &Changing| changing.contains(of);
     if is_first(&Changing::Gravity) {
         bare.gravity.fill(0.0);
     }

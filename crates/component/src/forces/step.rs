@@ -17,8 +17,9 @@ impl<T: Real> Component<T> {
     /// lane.
     pub(crate) fn add_loads(&mut self, model: &Model, lanes: &[&Members]) {
         let lifts: HashMap<usize, f64> = model.lifts.iter().map(|lift| (lift.load, lift.mass)).collect();
+        let courses: HashMap<Changing, &Change> = model.changes.iter().map(|course| (course.of, course)).collect();
         for (lane, members) in lanes.iter().enumerate() {
-            let changes = |of: Changing| model.changes.iter().filter(move |course| course.of == of);
+            let changes = |of: Changing| courses.get(&of).copied().into_iter();
             let change = |of: Target| move |course: &Change| Varying { lane, of, track: course.track.clone() };
             self.changing.extend(changes(Changing::Gravity).map(change(Target::Gravity)));
             self.changing.extend(model.changes.iter().filter_map(|course| {
