@@ -355,6 +355,7 @@ mod tests {
                     "rod that does not break",
                     "what is joined to others stays out of the store",
                     "must be before all other eyelets",
+                    "a feed that has a store",
                 ]
                 .iter()
                 .any(|known| why.contains(known))
