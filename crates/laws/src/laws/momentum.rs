@@ -36,7 +36,9 @@ fn outside(step: &Step<'_>) -> Vec<Outside> {
     }
     for load in model.loads.iter().filter(|load| step.is_free(load.segment)) {
         let place = state.positions[load.segment] + state.axis(load.segment) * load.offset;
-        let [force, moment] = load.in_world(&state.orientations[load.segment]);
+        // `xpbd` takes loads that follow as they are when a step begins.
+        let axes = if step.is_newton() { state } else { step.states[0] };
+        let [force, moment] = load.in_world(&axes.orientations[load.segment]);
         all.push(Outside { force, place, moment });
     }
     for (_, joint, force) in step.joints() {
@@ -93,6 +95,7 @@ fn is_alone(step: &Step<'_>) -> bool {
         && model.segments.iter().all(|segment| !segment.fixed)
         && model.damping == Damping::default()
         && model.changes.is_empty()
+        && model.loads.iter().all(|load| !load.follows)
 }
 
 pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
