@@ -201,7 +201,7 @@ impl<T: Real> Component<T> {
     /// that build on those before ask for the `GYROSCOPIC` share of second order.
     #[inline(always)]
     fn evaluate_momentum<const GYROSCOPIC: bool>(&mut self, worst: &mut Residuals<T>) {
-        self.gather_torques();
+        self.gather_torques(true);
         for (impulse, &pushed) in self.scratch.iter_mut().zip(&self.pushed) {
             *impulse = impulse.plus(pushed, T::splat(1.0));
         }
@@ -238,22 +238,22 @@ impl<T: Real> Component<T> {
     /// Adds the loads' torques to the first system of a step that has no momentum residual.
     #[inline(always)]
     fn evaluate_torques(&mut self, worst: &mut Residuals<T>) {
-        self.gather_torques();
+        self.gather_torques(false);
         for i in 0..self.segments {
             self.momentum[i] = self.system.correction(i, self.scratch[i]);
         }
         self.add_momentum(worst);
     }
 
-    /// Sums the loads' torques times dt^2 per body.
+    /// Sums the loads' torques times dt^2 per body; of loads that follow, if they are to be turned, also what their forces are beyond the predicted ones.
     #[inline(always)]
-    fn gather_torques(&mut self) {
+    fn gather_torques(&mut self, turns: bool) {
         self.momentum.resize(self.scratch.len(), Spatial::zero());
         self.scratch.fill(Spatial::zero());
         let dt2 = self.effective * self.effective;
         for load in &mut self.loads {
             let own = &mut self.scratch[load.body];
-            if load.own.is_some() {
+            if turns && load.own.is_some() {
                 own.linear += load.turn(&self.poses[load.body].q) * dt2;
             }
             let arm = self.system.bodies[load.body].axis * load.offset;

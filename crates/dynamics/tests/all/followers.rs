@@ -52,8 +52,9 @@ fn pushed(formulation: Formulation, integrator: Integrator, steps: usize) -> f64
 fn a_thrust_turns_with_its_rod() {
     for (formulation, integrator) in integrated() {
         let errors = [50, 100, 200].map(|steps| pushed(formulation, integrator, steps));
-        assert!(errors[2] < 1e-2, "{formulation}, {integrator}: {errors:?}");
-        // The paper's formulation takes it as it is when a step begins.
+        // The paper's formulation takes it as it is when a step begins: it lags by what the rod turns in a step, 2 rad/s times 5 ms.
+        let most = if formulation == Formulation::Newton { 1e-2 } else { 1.1 * 2.0 * 5e-3 };
+        assert!(errors[2] < most, "{formulation}, {integrator}: {errors:?}");
         let order = (errors[1] / errors[2]).log2();
         let expected = if integrator == Integrator::Euler || formulation != Formulation::Newton { 0.9 } else { 1.8 };
         assert!(order > expected, "{formulation}, {integrator}: {errors:?}");
