@@ -102,12 +102,20 @@ impl<T: Real> BodyLoad<T> {
         }
     }
 
+    /// Force and torque in world axes, where the body is oriented so.
+    #[inline(always)]
+    pub(super) fn in_world(&self, q: &Quat<T>) -> [Vec3<T>; 2] {
+        match &self.own {
+            Some(own) => [q.rotate(own.force), q.rotate(own.torque)],
+            None => [self.force, self.torque],
+        }
+    }
+
     /// Turns them with the body, which is oriented so; returns by how much the force is not the predicted one.
     #[inline(always)]
     pub(super) fn turn(&mut self, q: &Quat<T>) -> Vec3<T> {
-        let Some(own) = &self.own else { return Vec3::zero() };
-        (self.force, self.torque) = (q.rotate(own.force), q.rotate(own.torque));
-        self.force - own.predicted
+        [self.force, self.torque] = self.in_world(q);
+        self.own.as_ref().map_or(Vec3::zero(), |own| self.force - own.predicted)
     }
 
     /// Turns them with the body, at the beginning of a step, as [`Self::turn`].

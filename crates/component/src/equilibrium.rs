@@ -19,10 +19,7 @@ impl Component<f64> {
         let weights = self.bodies[..self.segments].iter().filter(|body| body.free != 0.0);
         let weights = weights.map(|body| self.gravity * (1.0 / body.inverse_mass));
         let (mut sum, mut size) = (Vec3::zero(), 0.0);
-        let loads = self.loads.iter().map(|load| match &load.own {
-            Some(own) => self.poses[load.body].q.rotate(own.force),
-            None => load.force,
-        });
+        let loads = self.loads.iter().map(|load| load.in_world(&self.poses[load.body].q)[0]);
         for force in weights.chain(loads) {
             sum += force;
             size += force.norm_squared().sqrt();

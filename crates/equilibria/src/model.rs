@@ -35,7 +35,7 @@ impl CableOfModel {
             && model.laws.is_empty()
             && model.breakable.is_empty()
             && model.changes.is_empty()
-            && model.loads.iter().all(|load| !load.follows)
+            && !model.has_followers()
             && model.contacts.is_empty()
             && model.air.is_none();
         if !is_alone || gravity.x != 0.0 || gravity.y != 0.0 || gravity.z > 0.0 {

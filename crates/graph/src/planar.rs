@@ -39,8 +39,7 @@ pub fn planar_normal(model: &Model, state: &State) -> Option<Normal> {
 }
 
 fn is_planar(model: &Model, state: &State, normal: Normal) -> bool {
-    let follows = model.loads.iter().any(|load| load.follows);
-    if !model.motions.is_empty() || !model.changes.is_empty() || follows {
+    if !model.motions.is_empty() || !model.changes.is_empty() || model.has_followers() {
         return false;
     }
     let mut axis = Vector3::zeros();

@@ -296,10 +296,7 @@ impl Begin {
         let of = |parameter| parameters[parameter];
         let youngs_modulus = youngs_modulus(parameters);
         let laws: Vec<JointLaw> = law(parameters).into_iter().collect();
-        // What relaxes comes beside the stiffness that stays.
-        let fast = 1.0 + of(Parameter::Relaxing);
-        let (youngs_modulus, torsion_modulus) =
-            (fast * youngs_modulus, 0.5 * of(Parameter::Twist) * fast * youngs_modulus);
+        let torsion_modulus = 0.5 * of(Parameter::Twist) * youngs_modulus;
         let (x, y) = (of(Parameter::TiltX), of(Parameter::TiltY));
         let mut assembly = Assembly::new(Vector3::new(x.sin(), y.sin(), -1.0).normalize() * GRAVITY);
         assembly.damping(Damping { linear: of(Parameter::OuterDamping), angular: 0.0 });
@@ -400,12 +397,13 @@ pub(crate) fn sides(parameters: &Parameters) -> Sides {
     Sides { angle: 0.5 * y.atan2(x), factors: [h.exp(), (-h).exp()] }
 }
 
-/// Young's modulus [Pa] of a rod of the nominal radius and density.
+/// Young's modulus [Pa] of a rod of the nominal radius and density: that of a fast strain, with what relaxes beside the stiffness that stays.
 pub(crate) fn youngs_modulus(parameters: &Parameters) -> f64 {
-    4.0 * parameters[Parameter::Bending] * LINE_DENSITY / (PI * RADIUS.powi(4))
+    (1.0 + parameters[Parameter::Relaxing]) * 4.0 * parameters[Parameter::Bending] * LINE_DENSITY
+        / (PI * RADIUS.powi(4))
 }
 
-/// The law of the joints, if they are not elastic: hysteresis if both are asked for.
+/// The law of the joints, if they are not elastic.
 pub(crate) fn law(parameters: &Parameters) -> Option<JointLaw> {
     let of = |parameter| parameters[parameter];
     let stiffness = of(Parameter::StrandStiffness) * of(Parameter::Bending) * LINE_DENSITY;

@@ -193,7 +193,7 @@ angular_velocity_rad_s = {}
 /// turned about their axes by `turns` [rad].
 pub(crate) fn parent(cable: &Cable, model: &Model, state: &State, parameters: &Parameters, turns: &[f64]) -> String {
     let segments = cable.first_nodes().len() - 1;
-    let bend = youngs_modulus(parameters) * (1.0 + parameters[Parameter::Relaxing]);
+    let bend = youngs_modulus(parameters);
     let made_of = MadeOf {
         moduli: [bend, 0.5 * parameters[Parameter::Twist] * bend],
         factors: sides(parameters).factors,

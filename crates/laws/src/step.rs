@@ -1,6 +1,6 @@
 //! What a step shows of a run.
 
-use cosserat::assembly::ObstacleShape;
+use cosserat::assembly::{Load, ObstacleShape};
 use cosserat::simulation::{ContactForce, Formulation, Integrator, Status, StepParams};
 use cosserat::state::{Body, Joint, JointForce, Model, Pose, Sliding, State};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -68,6 +68,13 @@ impl Step<'_> {
 
     pub(crate) fn is_newton(&self) -> bool {
         self.method.formulation == Formulation::Newton
+    }
+
+    /// Force [N] and torque [N m] of a load in the step, in world axes: `xpbd` takes one that follows as it is when the step begins.
+    pub(crate) fn load(&self, load: &Load) -> [Vector3<f64>; 2] {
+        let [before, after] = self.states;
+        let axes = if self.is_newton() { after } else { before };
+        load.in_world(&axes.orientations[load.segment])
     }
 
     /// Whether a segment moves freely.

@@ -115,7 +115,7 @@ impl Model {
         if !self.breakable.is_empty() {
             return Some("joints that can break");
         }
-        if self.loads.iter().any(|load| load.follows) {
+        if self.has_followers() {
             return Some("loads that turn with their segments");
         }
         if self.changes.iter().any(|change| matches!(change.of, Changing::Rest(_))) {

@@ -256,6 +256,11 @@ pub struct Model {
 }
 
 impl Model {
+    /// Whether any of its loads turns with its segment.
+    pub fn has_followers(&self) -> bool {
+        self.loads.iter().any(|load| load.follows)
+    }
+
     /// Pose of a body in `state`, both of which must exist; of an anchor that moves that of the time that was set last
     /// ([`Model::set_time`]), the first one if none was.
     pub fn pose(&self, body: Body, state: &State) -> Pose {

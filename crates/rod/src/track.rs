@@ -86,12 +86,6 @@ impl Track {
         Self { knots: self.knots.iter().map(turned).collect(), ..self.clone() }
     }
 
-    /// The same track with all its vectors times a number.
-    pub fn scaled(&self, by: f64) -> Self {
-        let scaled = |knot: &Knot| Knot { time: knot.time, value: knot.value * by, rate: knot.rate * by };
-        Self { knots: self.knots.iter().map(scaled).collect(), ..self.clone() }
-    }
-
     /// Times at which it is given [s], ascending.
     pub fn times(&self) -> impl Iterator<Item = f64> {
         self.knots.iter().map(|knot| knot.time)

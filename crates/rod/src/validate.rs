@@ -248,7 +248,7 @@ fn validate_motions(model: &Model, state: &State) -> Result<(), ModelError> {
     Ok(())
 }
 
-/// Checks that what changes is there, and that nothing changes in two ways.
+/// Checks that what changes and what is lifted is there, and that nothing changes in two ways.
 fn validate_changes(model: &Model) -> Result<(), ModelError> {
     for (index, lift) in model.lifts.iter().enumerate() {
         let (to, count) = (lift.load, model.loads.len());

@@ -82,7 +82,7 @@ pub(super) fn check_all(model: &Model) -> Result<(), DerivativeError> {
     refuse(has_bodies && model.air.is_some(), "rigid bodies in air")?;
     refuse(!model.sliding_joints.is_empty(), "eyelets")?;
     refuse(!model.pulleys.is_empty(), "pulleys")?;
-    refuse(model.loads.iter().any(|load| load.follows), "loads that turn with their segments")?;
+    refuse(model.has_followers(), "loads that turn with their segments")?;
     refuse(!model.lifts.is_empty(), "buoyancy")?;
     refuse(!model.contacts.sheaths.is_empty(), "sheaths")?;
     refuse(!model.laws.is_empty(), "joints that are not elastic")?;

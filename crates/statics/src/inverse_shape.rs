@@ -69,7 +69,7 @@ pub fn rest_shape(model: &mut Model, state: &mut State) -> Result<(), RestShapeE
     if !model.sliding_joints.is_empty() {
         return Err(RestShapeError::Unknown("eyelets"));
     }
-    if model.loads.iter().any(|load| load.follows) {
+    if model.has_followers() {
         return Err(RestShapeError::Unknown("loads that turn with their segments"));
     }
     if !model.pulleys.is_empty() {

@@ -129,8 +129,7 @@ fn work(step: &Step<'_>) -> Work {
         sum.is_steady &= !load.follows;
         let place = |state: &State| state.positions[i] + state.axis(i) * load.offset;
         let angle = turn(&before.orientations[i], &after.orientations[i]);
-        let axes = if step.is_newton() { after } else { before };
-        let [force, torque] = load.in_world(&axes.orientations[i]);
+        let [force, torque] = step.load(load);
         sum.done += force.dot(&(place(after) - place(before))) + torque.dot(&angle);
         sum.allowed += (load.force.norm() * load.offset.abs() + load.torque.norm()) * step.turn(i).powi(2);
     }

@@ -36,9 +36,7 @@ fn outside(step: &Step<'_>) -> Vec<Outside> {
     }
     for load in model.loads.iter().filter(|load| step.is_free(load.segment)) {
         let place = state.positions[load.segment] + state.axis(load.segment) * load.offset;
-        // `xpbd` takes loads that follow as they are when a step begins.
-        let axes = if step.is_newton() { state } else { step.states[0] };
-        let [force, moment] = load.in_world(&axes.orientations[load.segment]);
+        let [force, moment] = step.load(load);
         all.push(Outside { force, place, moment });
     }
     for (_, joint, force) in step.joints() {
@@ -95,7 +93,7 @@ fn is_alone(step: &Step<'_>) -> bool {
         && model.segments.iter().all(|segment| !segment.fixed)
         && model.damping == Damping::default()
         && model.changes.is_empty()
-        && model.loads.iter().all(|load| !load.follows)
+        && !model.has_followers()
 }
 
 pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
