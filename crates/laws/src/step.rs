@@ -62,6 +62,15 @@ impl Step<'_> {
         self.method.settings().step.allowed_motion(touch) * if touch { segment.radius } else { segment.length }
     }
 
+    /// By what part a load that follows its segment may be another in formulation `newton`, as surfaces may still move: the rod may spin on by that way.
+    pub(crate) fn followed(&self, load: &Load) -> f64 {
+        if load.follows && self.is_newton() {
+            self.way(load.segment) / self.model.segments[load.segment].radius
+        } else {
+            0.0
+        }
+    }
+
     pub(crate) fn is_euler(&self) -> bool {
         self.method.integrator == Integrator::Euler
     }

@@ -132,6 +132,8 @@ pub(super) fn linear(step: &Step<'_>, violations: &mut Vec<Violation>) {
     let impulse: Vector3<f64> = forces.iter().map(|one| one.force * step.dt).sum();
     sum += forces.iter().map(|one| one.force.norm() * step.dt).sum::<f64>();
     slack += contacts(step).iter().map(|[impulse, turn]| impulse * turn).sum::<f64>();
+    let loads = model.loads.iter().filter(|load| step.is_free(load.segment));
+    slack += loads.map(|load| load.force.norm() * step.dt * step.followed(load)).sum::<f64>();
     let mut found = (change[0] - impulse).norm();
     if is_bdf2 {
         // A step of Euler's rule, after a start or an impact, or one of the second order.
@@ -282,6 +284,8 @@ pub(super) fn angular(step: &Step<'_>, violations: &mut Vec<Violation>) {
     for load in model.loads.iter().filter(|load| step.is_free(load.segment)) {
         let size = load.force.norm() * load.offset.abs() + load.torque.norm();
         slack += step.dt * size * off(step, step.turn(load.segment));
+        let far = (after.positions[load.segment] - about).norm() + load.offset.abs();
+        slack += step.dt * (load.force.norm() * far + load.torque.norm()) * step.followed(load);
     }
     for (contact, [impulse, turn]) in step.contacts.iter().zip(contacts(step)) {
         // Places may lie within the tolerance; those of iterates turn with the bodies.
