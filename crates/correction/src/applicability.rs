@@ -19,9 +19,9 @@ pub struct Applicability {
     ways: Vec<Way>,
     /// Largest distance of like motions [m].
     pub like_m: f64,
-    /// The share of the error that it takes of like motions,
-    pub like_gain: f64,
-    /// and of motions of other kinds; none where training had too few recordings to tell.
+    /// The share of the error that it takes of like motions; none where training had one recording, and could keep none aside.
+    pub like_gain: Option<f64>,
+    /// Of motions of other kinds; none where training had too few recordings to tell.
     pub other_gain: Option<f64>,
 }
 
@@ -38,18 +38,19 @@ pub struct Worth {
 
 impl Applicability {
     /// From ways in training, and what was gained.
-    pub fn new(ways: Vec<Way>, like_gain: f64, other_gain: Option<f64>) -> Self {
+    pub fn new(ways: Vec<Way>, like_gain: Option<f64>, other_gain: Option<f64>) -> Self {
         let own = |k: usize| ways[k].nearest(ways[..k].iter().chain(&ways[k + 1..]));
         let like_m = (0..ways.len()).map(own).filter(|distance| distance.is_finite()).fold(0.0, f64::max);
         Self { ways, like_m, like_gain, other_gain }
     }
 
-    /// What the correction is worth to a motion: it applies to like ones, and to others where it takes at least [`GAIN`] of their error.
+    /// What the correction is worth to a motion: it applies to like ones where it takes any of their error, and to others where it takes at
+    /// least [`GAIN`] of it.
     pub fn worth(&self, way: &Way) -> Worth {
         let distance = way.nearest(&self.ways);
         let is_like = distance <= self.like_m;
-        let gain = if is_like { Some(self.like_gain) } else { self.other_gain };
-        Worth { distance, gain, applies: is_like || gain.is_some_and(|gain| gain >= GAIN) }
+        let (gain, least) = if is_like { (self.like_gain, f64::MIN_POSITIVE) } else { (self.other_gain, GAIN) };
+        Worth { distance, gain, applies: gain.is_some_and(|gain| gain >= least) }
     }
 }
 
@@ -72,12 +73,20 @@ mod tests {
     #[test]
     fn far_motions_are_corrected_only_where_that_was_seen_to_gain() {
         let ways = || (0..20).map(|k| way(0.01 * f64::from(k))).collect::<Vec<_>>();
-        let of = |other_gain| Applicability::new(ways(), 0.4, other_gain);
+        let of = |other_gain| Applicability::new(ways(), Some(0.4), other_gain);
         let near = of(Some(0.2)).worth(&way(0.1));
         assert!(near.applies && near.gain == Some(0.4) && near.distance < 1e-6);
         for (gain, applies) in [(None, false), (Some(0.2), false), (Some(0.3), true)] {
             let far = of(gain).worth(&way(0.5));
             assert!(far.applies == applies && far.gain == gain && far.distance > 0.1, "{far:?}");
+        }
+    }
+
+    #[test]
+    fn what_made_recordings_kept_aside_worse_applies_to_nothing() {
+        for (gain, applies) in [(None, false), (Some(-0.1), false), (Some(0.0), false), (Some(0.01), true)] {
+            let near = Applicability::new(vec![way(0.1), way(0.2)], gain, None).worth(&way(0.1));
+            assert!(near.applies == applies && near.gain == gain, "{near:?}");
         }
     }
 }

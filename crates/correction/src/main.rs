@@ -236,11 +236,15 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
     }
     let Applicability { like_m, like_gain, other_gain, .. } = &found.correction.applicability;
     let percent = |gain: f64| significant(100.0 * gain, 2);
-    say!(
-        "of motions like those in training it takes {} % of the error; like: ways of grips within {} cm",
-        percent(*like_gain),
-        percent(*like_m)
-    )?;
+    match like_gain {
+        None => say!("what it takes of the error is not known, and so it applies to nothing: there was one recording to learn from")?,
+        Some(gain) => say!(
+            "of motions like those in training it takes {} % of the error{}; like: ways of grips within {} cm",
+            percent(*gain),
+            if *gain > 0.0 { "" } else { ", and so it applies to none" },
+            percent(*like_m)
+        )?,
+    }
     match other_gain {
         None => say!("what it takes of others is not known: training had too few kinds of motion")?,
         Some(gain) => say!(
@@ -288,6 +292,7 @@ fn evaluate(cli: &Cli, cable: &CableFile, correction: &Correction) -> Result<()>
 /// Warns of motions to which a correction does not apply.
 fn warn_of_others(cli: &Cli, films: &[(Recording, Film)], worth: &[Worth], applicability: &Applicability) {
     let others = films.iter().zip(worth).filter(|(_, worth)| !worth.applies);
+    let is_far = worth.iter().any(|worth| worth.distance > applicability.like_m);
     let cm = |metres: f64| significant(100.0 * metres, 2);
     let names: Vec<String> =
         others.map(|((recording, _), worth)| format!("{} ({} cm)", recording.name(), cm(worth.distance))).collect();
@@ -295,16 +300,20 @@ fn warn_of_others(cli: &Cli, films: &[(Recording, Film)], worth: &[Worth], appli
         return;
     }
     let gain = match applicability.other_gain {
+        _ if !is_far => "it took nothing of the error of recordings that it did not learn from".to_owned(),
         Some(gain) => format!("it is expected to take {} % of the error", significant(100.0 * gain, 2)),
         None => "what it takes of the error is not known".to_owned(),
     };
     warn(format_args!(
-        "the correction does not apply to {} of {} recordings and is {}: {gain}, as the ways of the grips are farther from the nearest in training \
-         than {} cm: {}",
+        "the correction does not apply to {} of {} recordings and is {}: {gain}{}: {}",
         names.len(),
         films.len(),
         if cli.all_motions { "added all the same" } else { "left out" },
-        cm(applicability.like_m),
+        if is_far {
+            format!(", as the ways of the grips are farther from the nearest in training than {} cm", cm(applicability.like_m))
+        } else {
+            String::new()
+        },
         names.join(", ")
     ));
 }

@@ -118,7 +118,7 @@ pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Ep
     let bound = BEYOND * films.iter().map(|(_, film)| missed(film)).fold(1e-6, f64::max);
     let scale = scale(plan.kind, films, Sizes::of(plan.kind, reader.markers).node);
     let ways: Vec<Way> = films.iter().map(|(_, film)| film.way()).collect();
-    let applicability = Applicability::new(ways.clone(), 0.0, None);
+    let applicability = Applicability::new(ways.clone(), None, None);
     let correction = Correction { guess: plan.guess, reader, bound, scale, members: Vec::new(), applicability };
     let pick = |which: &dyn Fn(usize) -> bool| -> Vec<&(Recording, Film)> {
         films.iter().enumerate().filter(|(k, _)| which(*k)).map(|(_, own)| own).collect()
@@ -159,6 +159,7 @@ pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Ep
     }
     let gain = |[before, after]: [f64; 2]| if before > 0.0 { 1.0 - after / before } else { 0.0 };
     let like = gain(aside.iter().fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]));
+    let like = (films.len() > 1).then_some(like);
     let applicability = Applicability::new(ways, like, (is_told && !stopped).then(|| gain(sums)));
     Some(Trained { correction: Correction { members, applicability, ..correction }, aside, stopped })
 }
