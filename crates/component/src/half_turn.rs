@@ -1,8 +1,10 @@
-//! Whether a joint has turned past half a turn in a step, so that what its strain stores is not that of the turn.
+//! Turns in a step that are too large for their measures: joints past half a turn, segments past a right angle.
 //!
 //! The strain is made of the sine of half the angle of a relative rotation q, of which q and -q are the same: past half a turn it begins again on the other
 //! side, from `v` to `-v` (v: the vector part). Energy `(2 / l) sum K_i (v_i - r_i)^2` stays as it is there where nothing is at rest away from zero. Where it is,
 //! with a rest strain `2 r / l`, a law's memory or inner damping, energy jumps by up to `(8 / l) sum K_i |v_i r_i|`, from nowhere.
+//!
+//! The discrete momentum of a turn by an angle is `I sin(angle) / dt`: it falls from a right angle on, where a torque of a load slows the spin that it should drive.
 
 use kernels::lane::Real;
 use kernels::math::Quat;
@@ -10,6 +12,24 @@ use kernels::math::Quat;
 use super::Component;
 
 impl<T: Real> Component<T> {
+    /// 1 in the lanes where a segment that moves freely has turned by more than a right angle in the step under way, else 0; 0 without torques of loads.
+    pub fn overturns(&self) -> T {
+        if !self.has_turning_loads() {
+            return T::zero();
+        }
+        T::dispatch(
+            #[inline(always)]
+            || {
+                let (zero, half) = (T::zero(), T::splat(0.5));
+                let turns = self.start.iter().zip(&self.poses).zip(&self.bodies).take(self.segments);
+                turns.fold(zero, |found, ((start, pose), constants)| {
+                    let cosine = start.q.w * pose.q.w + start.q.v.dot(pose.q.v);
+                    (cosine * cosine - half).select(found, found.max(constants.free))
+                })
+            },
+        )
+    }
+
     /// Whether a joint of a lane has turned past half a turn in the step under way, with a rest strain that counts beside `target` [rad], with a law or with inner
     /// damping. Joints that turn freely, and those that transmit nothing, may.
     pub fn is_past_half_turn(&self, lane: usize, target: f64) -> bool {

@@ -21,7 +21,7 @@ impl<T: Real> Component<T> {
     /// Euler's rule: the momentum of a shorter step may be that of no turn of a longer one. Torques of loads come in with the first
     /// linear system, which holds the joints' answer: alone they could turn a light segment about many times in a step. Where there is
     /// no solution (towards half a turn a step) the rotation goes on as it was; beyond half a turn no pose shows it, and
-    /// the step is not converged. What moves by itself is placed where it is to be at `time + dt` [s]. Where the integrator
+    /// the step is not converged. Nor is it where torques act beyond a right angle, from which on a larger turn has less momentum. What moves by itself is placed where it is to be at `time + dt` [s]. Where the integrator
     /// builds on several steps, velocity and momentum are those that the `multistep` module says.
     #[inline(never)]
     pub fn predict(&mut self, time: f64, dt: f64, formulation: Formulation) {
@@ -34,7 +34,7 @@ impl<T: Real> Component<T> {
     #[inline(always)]
     fn predict_kernel(&mut self, time: f64, dt: f64, formulation: Formulation) {
         self.begin_step(time, dt);
-        self.take_given_momenta();
+        self.take_momenta_of_rates();
         if formulation.momentum() {
             self.expect_pulls();
         } else {
@@ -50,6 +50,8 @@ impl<T: Real> Component<T> {
         let share = self.multistep.as_ref().map_or(one, |steps| steps.share());
         let pushed = self.effective * share;
         let mut unsolved = T::zero();
+        // The square of the sine of half a turn.
+        let most = T::splat(if self.has_turning_loads() { 0.5 } else { 1.0 + 1e-9 });
         if !self.loads.is_empty() {
             self.scratch.fill(Spatial::zero());
             for load in &mut self.loads {
@@ -57,7 +59,7 @@ impl<T: Real> Component<T> {
                 self.scratch[load.body].linear += load.force;
             }
         }
-        self.torques_wait = self.loads.iter().any(|load| load.turns);
+        self.torques_wait = self.has_turning_loads();
         for i in 0..self.segments {
             let constants = &self.bodies[i];
             let pose = self.poses[i];
@@ -93,9 +95,9 @@ impl<T: Real> Component<T> {
                 m += drag.impulses[i].angular * share;
             }
             let (turn, solved) = free_turn(constants, m, w, half);
-            let within_half_a_turn = T::splat(1.0 + 1e-9) - (w * last_half).norm_squared();
+            let within = most - (w * last_half).norm_squared();
             let not_solved = unsolved.max(free);
-            unsolved = solved.select(within_half_a_turn.select(unsolved, not_solved), not_solved);
+            unsolved = solved.select(within.select(unsolved, not_solved), not_solved);
             self.predicted[i] = BodyPose { x: pose.x + v * h, q: (pose.q * turn).normalized() };
         }
         self.carry_stored(pushed);
@@ -120,6 +122,11 @@ impl<T: Real> Component<T> {
         self.begin_beyond();
         self.begin_laws();
         self.stiffen_stored();
+    }
+
+    /// Whether loads turn segments.
+    pub(crate) fn has_turning_loads(&self) -> bool {
+        self.loads.iter().any(|load| load.turns)
     }
 
     fn set_compliances(&mut self) {

@@ -237,7 +237,9 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
     let Applicability { like_m, like_gain, other_gain, .. } = &found.correction.applicability;
     let percent = |gain: f64| significant(100.0 * gain, 2);
     match like_gain {
-        None => say!("what it takes of the error is not known, and so it applies to nothing: there was one recording to learn from")?,
+        None => say!(
+            "what it takes of the error is not known, and so it applies to nothing: there was one recording to learn from"
+        )?,
         Some(gain) => say!(
             "of motions like those in training it takes {} % of the error{}; like: ways of grips within {} cm",
             percent(*gain),
@@ -310,7 +312,10 @@ fn warn_of_others(cli: &Cli, films: &[(Recording, Film)], worth: &[Worth], appli
         films.len(),
         if cli.all_motions { "added all the same" } else { "left out" },
         if is_far {
-            format!(", as the ways of the grips are farther from the nearest in training than {} cm", cm(applicability.like_m))
+            format!(
+                ", as the ways of the grips are farther from the nearest in training than {} cm",
+                cm(applicability.like_m)
+            )
         } else {
             String::new()
         },

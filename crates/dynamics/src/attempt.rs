@@ -32,7 +32,7 @@ pub struct Attempt<T> {
     pub target: T,
     /// The last correction; infinite before the first.
     pub(crate) correction: T,
-    /// Not 0 where a segment spins by more than half a turn in the step, or is pressed far beyond its buckling load.
+    /// Not 0 where a segment spins by more than half a turn in the step, or by more than a right angle under a torque, or is pressed far beyond its buckling load.
     pub unsolved: T,
     /// What became of a guess for the step's start.
     pub start: Start,
@@ -62,8 +62,12 @@ impl<T: Real> Attempt<T> {
     /// turn, nor while a joint with a law transmits another moment than its law's.
     pub(crate) fn judge_residuals(&mut self, component: &Component<T>, formulation: Formulation) {
         let is_due = |lane: usize| self.error.lane(lane) <= self.target.lane(lane);
+        if !(0..T::LANES).any(is_due) {
+            return;
+        }
+        self.unsolved = component.unsolved.max(component.overturns());
         // Without a momentum residual the error is the joints' residual.
-        if !formulation.momentum() || !(0..T::LANES).any(is_due) {
+        if !formulation.momentum() {
             return;
         }
         let of_forces = component.missing_balance(self.target);
@@ -76,7 +80,7 @@ impl<T: Real> Attempt<T> {
                 self.error.set_lane(lane, off);
             }
         }
-        self.unsolved = component.unsolved.max(component.buckles());
+        self.unsolved = self.unsolved.max(component.buckles());
     }
 
     /// How a lane ended.

@@ -93,21 +93,29 @@ impl<T: Real> Component<T> {
         self.effective = self.effective * steps.share;
     }
 
-    /// The momenta of rates that were given since the last step: `I w`, with the variable of a step of the length of the one
-    /// under way as its discrete momentum has it, so that a spin about a main axis goes on at its rate.
-    pub(crate) fn take_given_momenta(&mut self) {
-        if !self.has_given || self.multistep.is_none() {
+    /// The momenta of rates that were given since the last step, and where torques act of turns by more than 60 degrees after which the integrator starts
+    /// anew with a shorter step, as the discrete momentum of such a turn, `I sin(angle) / dt`, says too little for it: `I w`, with the variable of a
+    /// step of the length of the one under way as its discrete momentum has it, so that a spin about a main axis goes on at its rate.
+    pub(crate) fn take_momenta_of_rates(&mut self) {
+        let (last_half, own_half) = (self.last_half(), T::splat(0.5 * self.dt));
+        let is_driven = self.has_turning_loads();
+        if self.multistep.is_none() || !(self.has_given || is_driven) {
             return;
         }
         for i in 0..self.segments {
-            let (variable, half) = self.variable(i, T::splat(0.5 * self.dt));
+            let (variable, half) = self.variable(i, last_half);
+            let sine = (self.velocities[i].angular * last_half).norm_squared();
             let q = self.poses[i].q;
             let Some(steps) = &mut self.multistep else { return };
+            let ratio = steps.ratio;
+            let is_shorter = |lane: usize| own_half.lane(lane) < last_half.lane(lane);
+            let goes_on =
+                |lane: usize| is_driven && is_shorter(lane) && ratio.lane(lane) == 0.0 && sine.lane(lane) > 0.25;
             let u = variable * half;
             let cosine = (T::splat(1.0) - u.norm_squared()).max(T::zero()).sqrt();
             let momentum = steps.inertia(i, q, variable) * cosine;
             for lane in 0..T::LANES {
-                if self.given[i].lane(lane) >= 0.0 {
+                if goes_on(lane) || self.given[i].lane(lane) >= 0.0 {
                     copy_lane(&mut steps.now[i].angular, lane, momentum);
                 }
             }

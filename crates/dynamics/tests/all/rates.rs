@@ -5,7 +5,7 @@ use dynamics::simulation::{Settings, Simulation};
 use dynamics::step::{Status, StepParams};
 use nalgebra::{UnitQuaternion, Vector3};
 use rod::Integrator;
-use rod::{Assembly, Friction, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
+use rod::{Assembly, Friction, Load, Model, Obstacle, ObstacleShape, RodSpec, State, Surface, shape};
 
 use crate::common::{integrated, material};
 
@@ -40,6 +40,31 @@ fn apart(a: &State, b: &State) -> f64 {
     let spins = a.angular_velocities.iter().zip(&b.angular_velocities).map(|(a, b)| (a - b).norm() / b.norm());
     let turns = a.orientations.iter().zip(&b.orientations).map(|(a, b)| (a * b.inverse()).imag().norm());
     spins.chain(turns).fold(0.0, f64::max)
+}
+
+/// A torque spins a segment up to more than a turn a step: beyond a right angle a step its momentum is known from substeps alone.
+#[test]
+fn a_torque_spins_a_segment_up_beyond_a_right_angle_a_step() {
+    for rods in [1, 3] {
+        for way in integrated() {
+            let (mut model, state) = spinning(rods, Vector3::zeros());
+            let (rate, steps) = (8.0 / DT, 60);
+            let torque = Vector3::x() * (model.segments[0].axial_inertia() * rate / (f64::from(steps) * DT));
+            let load = |segment| Load { segment, offset: 0.0, force: Vector3::zeros(), torque, follows: false };
+            model.loads.extend((0..rods).map(load));
+            let mut simulation = simulation(&model, &state, way);
+            let mut now = state.clone();
+            for step in 1..=steps {
+                let report = simulation.step(DT).unwrap();
+                assert!(report.status.is_solved(), "{way:?}, step {step}: {:?}", report.status);
+                simulation.store(&mut now);
+                let expected = Vector3::x() * (rate * f64::from(step) / f64::from(steps));
+                let error = (now.angular_velocities[0] - expected).norm() / rate;
+                // As a step is divided for the first time, half of what the last one gained is lost.
+                assert!(error < 1.5 / f64::from(steps), "{way:?}, {rods} rods, step {step}: {error:e}");
+            }
+        }
+    }
 }
 
 #[test]
