@@ -12,9 +12,10 @@ use kernels::math::Quat;
 use super::Component;
 
 impl<T: Real> Component<T> {
-    /// 1 in the lanes where a segment that moves freely has turned by more than a right angle in the step under way, else 0; 0 without torques of loads.
+    /// 1 in the lanes where a segment that moves freely has turned by more than a right angle in the step under way, else 0, where loads turn segments.
     pub fn overturns(&self) -> T {
-        if !self.has_turning_loads() {
+        let turned_by_loads = self.turned_by_loads();
+        if (0..T::LANES).all(|lane| turned_by_loads.lane(lane) == 0.0) {
             return T::zero();
         }
         T::dispatch(
@@ -22,10 +23,11 @@ impl<T: Real> Component<T> {
             || {
                 let (zero, half) = (T::zero(), T::splat(0.5));
                 let turns = self.start.iter().zip(&self.poses).zip(&self.bodies).take(self.segments);
-                turns.fold(zero, |found, ((start, pose), constants)| {
+                let found = turns.fold(zero, |found, ((start, pose), constants)| {
                     let cosine = start.q.w * pose.q.w + start.q.v.dot(pose.q.v);
                     (cosine * cosine - half).select(found, found.max(constants.free))
-                })
+                });
+                found * turned_by_loads
             },
         )
     }

@@ -51,7 +51,7 @@ impl<T: Real> Component<T> {
         let pushed = self.effective * share;
         let mut unsolved = T::zero();
         // The square of the sine of half a turn.
-        let most = T::splat(if self.has_turning_loads() { 0.5 } else { 1.0 + 1e-9 });
+        let most = T::splat(1.0 + 1e-9) - self.turned_by_loads() * T::splat(0.5 + 1e-9);
         if !self.loads.is_empty() {
             self.scratch.fill(Spatial::zero());
             for load in &mut self.loads {
@@ -59,7 +59,7 @@ impl<T: Real> Component<T> {
                 self.scratch[load.body].linear += load.force;
             }
         }
-        self.torques_wait = self.has_turning_loads();
+        self.torques_wait = self.loads.iter().any(|load| load.turns);
         for i in 0..self.segments {
             let constants = &self.bodies[i];
             let pose = self.poses[i];
@@ -124,9 +124,13 @@ impl<T: Real> Component<T> {
         self.stiffen_stored();
     }
 
-    /// Whether loads turn segments.
-    pub(crate) fn has_turning_loads(&self) -> bool {
-        self.loads.iter().any(|load| load.turns)
+    /// 1 in the lanes where loads turn segments, else 0.
+    pub(crate) fn turned_by_loads(&self) -> T {
+        let mut turned = T::zero();
+        for load in self.loads.iter().filter(|load| load.turns) {
+            turned.set_lane(load.lane, 1.0);
+        }
+        turned
     }
 
     fn set_compliances(&mut self) {

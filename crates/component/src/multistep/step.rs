@@ -98,8 +98,9 @@ impl<T: Real> Component<T> {
     /// step of the length of the one under way as its discrete momentum has it, so that a spin about a main axis goes on at its rate.
     pub(crate) fn take_momenta_of_rates(&mut self) {
         let (last_half, own_half) = (self.last_half(), T::splat(0.5 * self.dt));
-        let is_driven = self.has_turning_loads();
-        if self.multistep.is_none() || !(self.has_given || is_driven) {
+        let turned_by_loads = self.turned_by_loads();
+        let is_driven = |lane: usize| turned_by_loads.lane(lane) != 0.0;
+        if self.multistep.is_none() || !(self.has_given || (0..T::LANES).any(is_driven)) {
             return;
         }
         for i in 0..self.segments {
@@ -110,7 +111,7 @@ impl<T: Real> Component<T> {
             let ratio = steps.ratio;
             let is_shorter = |lane: usize| own_half.lane(lane) < last_half.lane(lane);
             let goes_on =
-                |lane: usize| is_driven && is_shorter(lane) && ratio.lane(lane) == 0.0 && sine.lane(lane) > 0.25;
+                |lane: usize| is_driven(lane) && is_shorter(lane) && ratio.lane(lane) == 0.0 && sine.lane(lane) > 0.25;
             let u = variable * half;
             let cosine = (T::splat(1.0) - u.norm_squared()).max(T::zero()).sqrt();
             let momentum = steps.inertia(i, q, variable) * cosine;
