@@ -49,8 +49,9 @@ impl<T: Real> Component<T> {
 
     /// Whether the step that is to come can build on those before, in all lanes; Euler's rule always can.
     pub fn can_go_on(&self) -> bool {
-        let all = |steps: &Multistep<T>| (0..T::LANES).all(|lane| steps.goes_on.lane(lane) >= 0.0);
-        self.multistep.as_ref().is_none_or(|steps| all(steps))
+        let Some(steps) = &self.multistep else { return true };
+        let spun = self.spun_far();
+        (0..T::LANES).all(|lane| steps.goes_on.lane(lane) >= 0.0 && spun.lane(lane) == 0.0)
     }
 
     /// Whether the step under way goes on from those before, in a lane.
@@ -77,10 +78,12 @@ impl<T: Real> Component<T> {
         (self.time, self.dt) = (time, dt);
         self.effective = T::splat(dt);
         let (last_dt, one) = (self.last_dt, T::splat(1.0));
+        let spun = if self.multistep.is_some() { self.spun_far() } else { T::zero() };
         let Some(steps) = &mut self.multistep else { return };
         for lane in 0..T::LANES {
             let last = last_dt.lane(lane);
-            let goes_on = steps.goes_on.lane(lane) >= 0.0 && !steps.held_back && dt <= LARGEST_RATIO * last;
+            let knows = steps.goes_on.lane(lane) >= 0.0 && spun.lane(lane) == 0.0;
+            let goes_on = knows && !steps.held_back && dt <= LARGEST_RATIO * last;
             steps.ratio.set_lane(lane, if goes_on { dt / last } else { 0.0 });
         }
         for (k, rate) in self.damping.into_iter().enumerate() {
@@ -93,30 +96,43 @@ impl<T: Real> Component<T> {
         self.effective = self.effective * steps.share;
     }
 
-    /// The momenta of rates that were given since the last step, and where torques act of turns by more than 60 degrees after which the integrator starts
-    /// anew with a shorter step, as the discrete momentum of such a turn, `I sin(angle) / dt`, says too little for it: `I w`, with the variable of a
-    /// step of the length of the one under way as its discrete momentum has it, so that a spin about a main axis goes on at its rate.
-    pub(crate) fn take_momenta_of_rates(&mut self) {
-        let (last_half, own_half) = (self.last_half(), T::splat(0.5 * self.dt));
+    /// The square of the sine of half the turn of a segment in the last step.
+    #[inline(always)]
+    fn turned(&self, segment: usize) -> T {
+        (self.velocities[segment].angular * self.last_half()).norm_squared()
+    }
+
+    /// 1 in the lanes where loads turn segments, one of them by more than 60 degrees in the last step, else 0. The discrete momentum of such a turn,
+    /// `I sin(angle) / dt`, hardly grows any more with the angle: steps are of Euler's rule then, and go on with the rate.
+    fn spun_far(&self) -> T {
         let turned_by_loads = self.turned_by_loads();
-        let is_driven = |lane: usize| turned_by_loads.lane(lane) != 0.0;
-        if self.multistep.is_none() || !(self.has_given || (0..T::LANES).any(is_driven)) {
+        if (0..T::LANES).all(|lane| turned_by_loads.lane(lane) == 0.0) {
+            return turned_by_loads;
+        }
+        let most = (0..self.segments).map(|i| self.turned(i)).fold(T::zero(), T::max);
+        (most - T::splat(0.25)).select(turned_by_loads, T::zero())
+    }
+
+    /// The momenta of rates that were given since the last step, and of what has spun far: `I w`, with the variable of a step of the length of the one
+    /// under way as its discrete momentum has it, so that a spin about a main axis goes on at its rate.
+    pub(crate) fn take_momenta_of_rates(&mut self) {
+        if self.multistep.is_none() {
+            return;
+        }
+        let spun = self.spun_far();
+        let has_spun = |lane: usize| spun.lane(lane) != 0.0;
+        if !(self.has_given || (0..T::LANES).any(has_spun)) {
             return;
         }
         for i in 0..self.segments {
-            let (variable, half) = self.variable(i, last_half);
-            let sine = (self.velocities[i].angular * last_half).norm_squared();
+            let (variable, half) = self.variable(i, self.last_half());
             let q = self.poses[i].q;
             let Some(steps) = &mut self.multistep else { return };
-            let ratio = steps.ratio;
-            let is_shorter = |lane: usize| own_half.lane(lane) < last_half.lane(lane);
-            let goes_on =
-                |lane: usize| is_driven(lane) && is_shorter(lane) && ratio.lane(lane) == 0.0 && sine.lane(lane) > 0.25;
             let u = variable * half;
             let cosine = (T::splat(1.0) - u.norm_squared()).max(T::zero()).sqrt();
             let momentum = steps.inertia(i, q, variable) * cosine;
             for lane in 0..T::LANES {
-                if goes_on(lane) || self.given[i].lane(lane) >= 0.0 {
+                if has_spun(lane) || self.given[i].lane(lane) >= 0.0 {
                     copy_lane(&mut steps.now[i].angular, lane, momentum);
                 }
             }
