@@ -12,7 +12,7 @@ use kernels::math::Quat;
 use super::Component;
 
 impl<T: Real> Component<T> {
-    /// 1 in the lanes where a segment that moves freely has turned by more than a right angle in the step under way, else 0, where loads turn segments.
+    /// 1 in the lanes where loads alone have turned a segment by more than a right angle in the step under way, else 0.
     pub fn overturns(&self) -> T {
         let turned_by_loads = self.turned_by_loads();
         if (0..T::LANES).all(|lane| turned_by_loads.lane(lane) == 0.0) {

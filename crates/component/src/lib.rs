@@ -154,7 +154,7 @@ pub struct Component<T> {
     pub solves: u64,
     /// Evaluations since the start, likewise.
     pub evaluations: u64,
-    /// Not 0 where a segment begins this step with a spin of more than half a turn a step (a right angle where torques act), or what is driven turns too far, a
+    /// Not 0 where a segment begins this step with a spin of more than half a turn a step (a right angle where loads alone turn it), or what is driven turns too far, a
     /// lane each.
     pub unsolved: T,
     /// Lanes that hold a set of their own; the others repeat the first.

@@ -21,7 +21,7 @@ impl<T: Real> Component<T> {
     /// Euler's rule: the momentum of a shorter step may be that of no turn of a longer one. Torques of loads come in with the first
     /// linear system, which holds the joints' answer: alone they could turn a light segment about many times in a step. Where there is
     /// no solution (towards half a turn a step) the rotation goes on as it was; beyond half a turn no pose shows it, and
-    /// the step is not converged. Nor is it beyond a right angle where loads turn segments, as a larger turn has less momentum. What moves by itself is placed where it is to be at `time + dt` [s]. Where the integrator
+    /// the step is not converged. Nor is it beyond a right angle where loads alone turn a segment, as a larger turn has less momentum. What moves by itself is placed where it is to be at `time + dt` [s]. Where the integrator
     /// builds on several steps, velocity and momentum are those that the `multistep` module says.
     #[inline(never)]
     pub fn predict(&mut self, time: f64, dt: f64, formulation: Formulation) {
@@ -124,11 +124,11 @@ impl<T: Real> Component<T> {
         self.stiffen_stored();
     }
 
-    /// 1 in the lanes where loads turn segments, else 0.
+    /// 1 in the lanes where loads turn a segment that no joint holds, else 0. What joints hold is solved with them, and forces that are out of balance show.
     pub(crate) fn turned_by_loads(&self) -> T {
         let mut turned = T::zero();
-        for load in self.loads.iter().filter(|load| load.turns) {
-            turned.set_lane(load.lane, 1.0);
+        if self.system.joints.is_empty() {
+            self.loads.iter().filter(|load| load.turns).for_each(|load| turned.set_lane(load.lane, 1.0));
         }
         turned
     }

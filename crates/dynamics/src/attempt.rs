@@ -32,7 +32,7 @@ pub struct Attempt<T> {
     pub target: T,
     /// The last correction; infinite before the first.
     pub(crate) correction: T,
-    /// Not 0 where a segment spins by more than half a turn in the step, or by more than a right angle under a torque, or is pressed far beyond its buckling load.
+    /// Not 0 where a segment spins by more than half a turn in the step, or by more than a right angle under loads alone, or is pressed far beyond its buckling load.
     pub unsolved: T,
     /// What became of a guess for the step's start.
     pub start: Start,

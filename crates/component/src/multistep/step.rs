@@ -102,7 +102,7 @@ impl<T: Real> Component<T> {
         (self.velocities[segment].angular * self.last_half()).norm_squared()
     }
 
-    /// 1 in the lanes where loads turn segments, one of them by more than 60 degrees in the last step, else 0. The discrete momentum of such a turn,
+    /// 1 in the lanes where loads alone have turned a segment by more than 60 degrees in the last step, else 0. The discrete momentum of such a turn,
     /// `I sin(angle) / dt`, hardly grows any more with the angle: steps are of Euler's rule then, and go on with the rate.
     fn spun_far(&self) -> T {
         let turned_by_loads = self.turned_by_loads();
