@@ -294,7 +294,7 @@ fn evaluate(cli: &Cli, cable: &CableFile, correction: &Correction) -> Result<()>
 /// Warns of motions to which a correction does not apply.
 fn warn_of_others(cli: &Cli, films: &[(Recording, Film)], worth: &[Worth], applicability: &Applicability) {
     let others = films.iter().zip(worth).filter(|(_, worth)| !worth.applies);
-    let is_far = worth.iter().any(|worth| worth.distance > applicability.like_m);
+    let is_far = worth.iter().any(|worth| !worth.applies && worth.distance > applicability.like_m);
     let cm = |metres: f64| significant(100.0 * metres, 2);
     let names: Vec<String> =
         others.map(|((recording, _), worth)| format!("{} ({} cm)", recording.name(), cm(worth.distance))).collect();
