@@ -165,6 +165,9 @@ impl Handle {
             )));
         }
         let time = self.simulation.time();
+        if time + dt <= time {
+            return Err(Failure::input(format!("the time step, {dt} s, is too short for a time of {time} s")));
+        }
         for (body, target) in std::mem::take(&mut self.targets) {
             let now = self.pose(body);
             let turn = (target.orientation * now.orientation.inverse()).scaled_axis();

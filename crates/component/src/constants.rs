@@ -127,7 +127,9 @@ impl<T: Real> BodyLoad<T> {
         }
     }
 
-    pub(super) fn pick(&self, lane: usize) -> BodyLoad<f64> {
+    /// The same of a component of its own.
+    pub(super) fn alone(&self) -> BodyLoad<f64> {
+        let lane = self.lane;
         BodyLoad {
             index: self.index,
             lane: 0,

@@ -30,8 +30,13 @@ impl Varying {
         if let Target::Rest(joint, index) = self.of { Some((joint, index)) } else { None }
     }
 
-    /// The same of a component of its own.
-    pub(super) fn alone(&self) -> Self {
-        Self { lane: 0, ..self.clone() }
+    /// The same of a component of its own, in which a load of this one has another `place`.
+    pub(super) fn alone(&self, place: impl Fn(usize) -> usize) -> Self {
+        let of = match self.of {
+            Target::Load(load) => Target::Load(place(load)),
+            Target::Torque(load) => Target::Torque(place(load)),
+            of @ (Target::Gravity | Target::Rest(..)) => of,
+        };
+        Self { lane: 0, of, track: self.track.clone() }
     }
 }

@@ -53,6 +53,7 @@ impl<T: Real> Component<T> {
         }
         self.lambda.fill(Spatial::zero());
         self.roll_back_eyelets();
+        self.rest_eyelets();
         if self.slides() {
             // Pulleys press as they did before the step.
             self.begin_pulleys();

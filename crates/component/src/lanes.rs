@@ -47,6 +47,8 @@ impl<T: Real> Component<T> {
 
     /// One lane as a component of its own.
     pub fn extract_lane(&self, lane: usize) -> Component<f64> {
+        // Where a load is among those of its lane.
+        let place = |load: usize| self.loads[..load].iter().filter(|own| own.lane == lane).count();
         let mut out = Component {
             system: System::new(self.system.topology.clone()),
             poses: self.poses.iter().map(|pose| pick_pose(pose, lane)).collect(),
@@ -86,8 +88,8 @@ impl<T: Real> Component<T> {
             bodies: self.bodies.iter().map(|body| body.pick(lane)).collect(),
             joints: self.joints.iter().map(|joint| joint.pick(lane)).collect(),
             extras: self.extras.pick(lane),
-            loads: self.loads.iter().map(|load| load.pick(lane)).collect(),
-            changing: self.changing.iter().filter(|own| own.lane == lane).map(|own| own.alone()).collect(),
+            loads: self.loads.iter().filter(|load| load.lane == lane).map(|load| load.alone()).collect(),
+            changing: self.changing.iter().filter(|own| own.lane == lane).map(|own| own.alone(place)).collect(),
             rigid: self.pick_rigid(lane),
             drag: self.drag.as_ref().map(|drag| Box::new(drag.pick(lane))),
             solves: self.solves,

@@ -28,6 +28,12 @@ impl Snapshot {
         self.words.get(1).map_or(0.0, |&bits| f64::from_bits(bits))
     }
 
+    /// Which groups of lanes had come apart: what a simulation shows a visitor after its time.
+    pub fn parted(&self) -> &[u64] {
+        let count = self.words.get(2).map_or(0, |&count| count as usize);
+        self.words.get(3..).and_then(|words| words.get(..count)).unwrap_or_default()
+    }
+
     /// All of it as words, for a file; but for motions, which are the model's then.
     pub fn words(&self) -> &[u64] {
         &self.words

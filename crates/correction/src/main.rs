@@ -19,7 +19,7 @@ use identify::kind::{Clamped, Kind, Plain, Read};
 use identify::metric::mean_error;
 use identify::noodle::Noodle;
 use identify::predict::{Prediction, predict};
-use identify::recording::{Grips, Reading, Recording};
+use identify::recording::{Reading, Recording};
 use identify::result::CableFile;
 use report::significant;
 use terminal::{INTERRUPTED, Progress, complain, positive, say, threads, warn};
@@ -67,12 +67,12 @@ struct Cli {
     /// Adds the correction to all motions, also to those that it is not expected to apply to.
     #[arg(long)]
     all_motions: bool,
-    /// Frames a second of files that do not say it.
-    #[arg(long, default_value = "100", value_parser = positive)]
-    rate: f64,
-    /// Unit of length of the files [m]: 0.001 for millimetres.
-    #[arg(long, default_value = "1", value_parser = positive)]
-    unit_m: f64,
+    /// Frames a second of files that do not say it; those of the identification unless given.
+    #[arg(long, value_parser = positive)]
+    rate: Option<f64>,
+    /// Unit of length of the files [m], 0.001 for millimetres; that of the identification unless given.
+    #[arg(long, value_parser = positive)]
+    unit_m: Option<f64>,
     /// Threads; the result is the same on any number.
     #[arg(long, value_parser = threads)]
     threads: Option<usize>,
@@ -93,9 +93,8 @@ fn main() -> ExitCode {
 
 /// Recordings of a kind of rod, each with what is known of it.
 fn read<K: Kind>(cli: &Cli, places: &[PathBuf], rod: &CableFile) -> Result<(K, Read<K::Specimen>)> {
-    let grips = rod.grips.parse::<Grips>();
-    let grips = grips.map_err(|message| anyhow!("the result: grips: {message}"))?;
-    let reading = Reading { rate: cli.rate, unit: cli.unit_m, grips };
+    let known = rod.reading().map_err(|message| anyhow!("the result: {message}"))?;
+    let reading = Reading { rate: cli.rate.unwrap_or(known.rate), unit: cli.unit_m.unwrap_or(known.unit), ..known };
     let (kind, [read, _]) = K::read([places, &[]], reading, rod.segments)?;
     read.bad.iter().for_each(|fault| complain(format_args!("{fault}")));
     if read.good.is_empty() {

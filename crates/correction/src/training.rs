@@ -1,5 +1,7 @@
 //! Training: networks that each keep other recordings aside, to choose their epoch by.
 
+use std::path::Path;
+
 use burn::tensor::{Device, Tensor, TensorData};
 use copingnet::{Adam, AdamParams, Backend};
 use identify::metric::Errors;
@@ -117,25 +119,39 @@ pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Ep
     // A marker that was lost has no share in the largest.
     let bound = BEYOND * films.iter().map(|(_, film)| missed(film)).fold(1e-6, f64::max);
     let scale = scale(plan.kind, films, Sizes::of(plan.kind, reader.markers).node);
-    let ways: Vec<Way> = films.iter().map(|(_, film)| film.way()).collect();
+    // Parts of a recording have its way, and are of its kind.
+    let mut recorded: Vec<&Path> = films.iter().map(|(recording, _)| recording.path.as_path()).collect();
+    recorded.dedup();
+    let of = |(recording, _): &(Recording, Film)| recorded.iter().position(|path| *path == recording.path);
+    let ways: Vec<Way> = recorded
+        .iter()
+        .filter_map(|path| films.iter().find(|own| own.0.path == *path))
+        .map(|(_, film)| film.way())
+        .collect();
     let applicability = Applicability::new(ways.clone(), None, None);
     let correction = Correction { guess: plan.guess, reader, bound, scale, members: Vec::new(), applicability };
     let pick = |which: &dyn Fn(usize) -> bool| -> Vec<&(Recording, Film)> {
         films.iter().enumerate().filter(|(k, _)| which(*k)).map(|(_, own)| own).collect()
     };
     let (mut members, mut aside, mut stopped) = (Vec::new(), Vec::new(), false);
+    // Errors of recordings that were kept aside, of guesses and corrected, at epochs that the others chose.
+    let mut alike = [0.0; 2];
     for member in 0..plan.members.max(1) {
         let is_aside = |k: usize| films.len() > 1 && k % ASIDE.min(films.len()) == member % ASIDE.min(films.len());
         let [kept, learned] = [pick(&is_aside), pick(&|k| !is_aside(k))];
         let mut best = (f64::INFINITY, Vec::new());
+        let mut over: Vec<Vec<f64>> = Vec::new();
         stopped = !epochs(&correction, &learned, plan, member, &mut |epoch, network| {
-            let now = if kept.is_empty() { 0.0 } else { mean_error(&kept, Some(network)) };
+            over.push(errors(&kept, Some(network)));
+            let now = over.last().map_or(0.0, |errors| mean(errors));
             if now < best.0 || kept.is_empty() {
                 best = (now, network.members[0].clone());
             }
             watch(&Epoch { member, epoch, aside: now })
         });
-        aside.push([if kept.is_empty() { f64::NAN } else { mean_error(&kept, None) }, best.0]);
+        let guessed = errors(&kept, None);
+        alike = [alike[0] + guessed.iter().sum::<f64>(), alike[1] + unbiased(&over).iter().sum::<f64>()];
+        aside.push([mean(&guessed), best.0]);
         members.push(best.1);
         if stopped {
             break;
@@ -143,8 +159,11 @@ pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Ep
     }
     // What networks gain on kinds of motion that they did not learn from.
     let second = halves(&kinds(&ways, KINDS));
-    let is_told = films.len() >= ASIDE && second.contains(&true);
+    let is_told = ways.len() >= ASIDE && second.contains(&true);
+    let second: Vec<bool> = films.iter().map(|own| of(own).is_some_and(|k| second[k])).collect();
     let mut sums = [0.0; 2];
+    let sum =
+        |films: &[&(Recording, Film)], correction: Option<&Correction>| errors(films, correction).iter().sum::<f64>();
     let parts: &[bool] = if is_told && !stopped { &[false, true] } else { &[] };
     for (half, &which) in parts.iter().enumerate() {
         let [learned, others] = [pick(&|k| second[k] == which), pick(&|k| second[k] != which)];
@@ -154,12 +173,10 @@ pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Ep
             last.members.clone_from(&network.members);
             watch(&Epoch { member, epoch, aside: f64::NAN })
         });
-        let each = others.len() as f64;
-        sums = [sums[0] + each * mean_error(&others, None), sums[1] + each * mean_error(&others, Some(&last))];
+        sums = [sums[0] + sum(&others, None), sums[1] + sum(&others, Some(&last))];
     }
     let gain = |[before, after]: [f64; 2]| if before > 0.0 { 1.0 - after / before } else { 0.0 };
-    let like = gain(aside.iter().fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]));
-    let like = (films.len() > 1).then_some(like);
+    let like = (films.len() > 1).then(|| gain(alike));
     let applicability = Applicability::new(ways, like, (is_told && !stopped).then(|| gain(sums)));
     Some(Trained { correction: Correction { members, applicability, ..correction }, aside, stopped })
 }
@@ -188,12 +205,29 @@ fn epochs(
     })
 }
 
-/// Mean error of a coordinate [m] over films, as they are guessed or corrected.
-fn mean_error(films: &[&(Recording, Film)], correction: Option<&Correction>) -> f64 {
+/// Mean errors of a coordinate [m] of films, as they are guessed or corrected.
+fn errors(films: &[&(Recording, Film)], correction: Option<&Correction>) -> Vec<f64> {
     let each = films.iter().map(|(recording, film)| {
         error(recording, film, &correction.map_or_else(|| film.uncorrected(), |own| film.corrected(&own.add(film))))
     });
-    each.sum::<f64>() / films.len() as f64
+    each.collect()
+}
+
+/// Their mean; NaN of none.
+fn mean(errors: &[f64]) -> f64 {
+    errors.iter().sum::<f64>() / errors.len() as f64
+}
+
+/// Errors of recordings `over[epoch][recording]`, each at the epoch that is best for the others, the last one where there are none: an epoch
+/// that a recording helped to choose would flatter it.
+fn unbiased(over: &[Vec<f64>]) -> Vec<f64> {
+    let count = over.first().map_or(0, Vec::len);
+    let of_others = |errors: &[f64], own: usize| errors.iter().sum::<f64>() - errors[own];
+    let chosen = |own: usize| {
+        let epochs = over.iter().rev();
+        epochs.min_by(|a, b| of_others(a, own).total_cmp(&of_others(b, own))).map_or(f64::NAN, |errors| errors[own])
+    };
+    (0..count).map(chosen).collect()
 }
 
 /// Mean error of a coordinate [m] of a prediction of a film.
@@ -303,5 +337,20 @@ impl<'a> School<'a> {
         let slopes: Vec<f32> = found.iter().enumerate().map(slope).collect();
         let against = Tensor::<2>::from_data(TensorData::new(slopes, dims), &self.device);
         network.gradients(&(said * against).sum().backward())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_does_not_choose_its_epoch() {
+        // The first one is best at the first epoch, the others at the second.
+        let over = [vec![1.0, 5.0, 5.0], vec![3.0, 2.0, 2.0], vec![4.0, 4.0, 4.0]];
+        assert_eq!(unbiased(&over), [3.0, 2.0, 2.0]);
+        // Alone, it has the last one.
+        assert_eq!(unbiased(&[vec![1.0], vec![2.0]]), [2.0]);
+        assert!(unbiased(&[]).is_empty());
     }
 }

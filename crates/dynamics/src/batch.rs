@@ -76,9 +76,10 @@ impl Batch {
             }
             let (all, states) = &mut models[world];
             let before = [all.segments.len(), all.joints.len(), all.anchors.len(), all.loads.len()];
+            let laws = all.laws.len();
             all.append_after(rods[world], model);
             rods[world] += model.rods();
-            states.append(state);
+            states.append(state, laws);
             places.push(Place {
                 world,
                 segments: before[0]..all.segments.len(),

@@ -101,7 +101,6 @@ impl ContactWorld {
     /// Changes gravity [m/s^2], which says how fast bodies must meet to bounce.
     pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
         self.sets.iter_mut().for_each(|set| set.component.set_gravity(gravity));
-        self.shared.set_gravity(gravity);
     }
 
     /// Lets the next step be one of Euler's rule.

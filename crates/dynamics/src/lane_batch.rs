@@ -201,13 +201,13 @@ impl LaneBatch {
     }
 
     /// The sets of all lanes one by one, with the same bits from then on; the first has the counters of all.
-    pub(crate) fn apart(self) -> impl Iterator<Item = ConnectedSet> {
-        let Self { component, members, exact, tangents, substeps, mut counters, .. } = self;
-        members.into_iter().enumerate().map(move |(lane, members)| {
-            let mut set = single(&component, members, lane);
+    pub(crate) fn apart(&mut self) -> impl Iterator<Item = ConnectedSet> {
+        let Self { component, members, exact, tangents, substeps, counters, .. } = self;
+        members.iter().enumerate().map(move |(lane, members)| {
+            let mut set = single(component, members.clone(), lane);
             take_tangent(&mut set, exact.is_some(), tangents.get(lane));
             set.substeps = substeps.get(lane).cloned();
-            set.counters = std::mem::take(&mut counters);
+            set.counters = std::mem::take(counters);
             set
         })
     }

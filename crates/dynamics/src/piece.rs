@@ -23,7 +23,7 @@ pub(crate) enum Piece {
 
 impl LaneBatch {
     /// The group, or its sets one by one where they cannot go side by side.
-    pub(crate) fn into_pieces(self) -> Vec<Piece> {
+    pub(crate) fn into_pieces(mut self) -> Vec<Piece> {
         if self.goes_together() {
             return vec![Piece::LaneBatch(Box::new(self))];
         }

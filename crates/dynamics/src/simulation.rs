@@ -30,6 +30,9 @@ use crate::projection::{Predictor, ProjectionFactory};
 use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::substep::Substep;
 
+/// What a snapshot holds, in its order: another number where that changes.
+const LAYOUT: usize = 2;
+
 pub use contact::overlap::{Overlap, Overlapped};
 pub use holds::{Taken, TimedGrip};
 pub use rod::{ContactForce, Touched, contact_wrenches};
@@ -165,6 +168,8 @@ fn lacks_for_exact(model: &Model, settings: &Settings) -> Option<&'static str> {
 /// A model in motion.
 pub struct Simulation {
     pieces: Vec<Piece>,
+    /// Groups of lanes that have come apart, in order: their place among the pieces at first, and how many sets each was of.
+    parted: Vec<[usize; 2]>,
     params: StepParams,
     solver: SolverKind,
     /// Whether a segment is fixed, one a segment.
@@ -344,6 +349,7 @@ impl Simulation {
         let changes = |of: &[Changing]| of.iter().any(|of| changing.contains(of));
         let mut simulation = Self {
             pieces,
+            parted: Vec::new(),
             params,
             solver,
             stores: feeds::stores(model),
@@ -537,17 +543,21 @@ impl Simulation {
     /// done in all. What [`Simulation::singles`] shows is still of the last solve.
     ///
     /// The snapshot may be of another simulation of the same model with the same solver and guesses. What was held then is held
-    /// again, what was free is let go. A segment that was fixed all along, and was released since without a grip of the model,
-    /// couples its joints otherwise than then: such a snapshot is of something else.
+    /// again, what was free is let go. A snapshot from before a segment was held or let go without a grip of the model may be of
+    /// something else: one that was fixed all along couples its joints otherwise than then, and alike rods have gone apart. A new
+    /// simulation can be restored from it.
     ///
     /// # Errors
     /// [`SimulationError::Snapshot`] if the snapshot is of something else; then nothing has changed.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SimulationError> {
-        if snapshot.read(|visitor| self.visit_state(visitor)) { Ok(()) } else { Err(SimulationError::Snapshot) }
+        let is_read = self.part_as_in(snapshot) && snapshot.read(|visitor| self.visit_state(visitor));
+        if is_read { Ok(()) } else { Err(SimulationError::Snapshot) }
     }
 
     fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
+        visitor.size(LAYOUT);
         visitor.number(&mut self.time);
+        self.visit_parted(visitor);
         visitor.number(&mut self.time_lost);
         self.visit_holds(visitor);
         visitor.size(self.pieces.len());

@@ -41,8 +41,9 @@ impl Costs {
 pub fn beside(scene: &Scene, copies: usize) -> Scene {
     let mut all = scene.clone();
     for _ in 1..copies {
+        let laws = all.model.laws.len();
         all.model.append(&scene.model);
-        all.state.append(&scene.state);
+        all.state.append(&scene.state, laws);
     }
     all
 }

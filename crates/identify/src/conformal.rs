@@ -21,60 +21,87 @@ const WINDOWS: usize = 20;
 pub struct Regions {
     /// The probability with which a recorded marker lies in its ball.
     pub coverage: f64,
-    /// Times between which radii are linear [s]; they hold before the first and after the last.
+    /// Times between which radii are linear [s]; they hold before the first, and up to `until_s`.
     pub times_s: Vec<f64>,
     /// Radii [m]: `radii_m[time][free marker]`.
     pub radii_m: Vec<Vec<f64>>,
+    /// Time up to which enough recordings went on [s]; nothing is known of what comes after it.
+    #[serde(default = "always")]
+    pub until_s: f64,
+}
+
+/// The end of all times [s].
+fn always() -> f64 {
+    f64::MAX
 }
 
 impl Regions {
     /// The regions that follow from recordings and the predictions of each of them by a fit without it; `free` are the markers that are
-    /// predicted. `None` where there are fewer recordings than the probability needs, nine for 90 %, or where too many predictions
-    /// are no numbers.
+    /// predicted. They end where fewer recordings go on than the probability needs, nine for 90 %. `None` where there are fewer, or where
+    /// too many predictions are no numbers.
     pub fn of(recordings: &[Recording], free: &[usize], predictions: &[Prediction]) -> Option<Self> {
-        let count = recordings.len() as f64;
-        let level = COVERAGE * (count + 1.0) / count;
         let longest = longest(recordings);
-        if level > 1.0 || longest == 0.0 {
-            return None;
-        }
         let window = |time: f64| ((time / longest * WINDOWS as f64) as usize).min(WINDOWS - 1);
         let mut distances = vec![vec![Vec::new(); free.len()]; WINDOWS];
         each(recordings, free, predictions, |time, marker, distance| distances[window(time)][marker].push(distance));
-        let middle = |k: usize| (k as f64 + 0.5) / WINDOWS as f64 * longest;
-        // Without the windows in which a marker was never seen.
-        let is_seen = |(_, own): &(usize, Vec<Vec<f64>>)| own.iter().all(|own| !own.is_empty());
-        let radii = |(k, own): (usize, Vec<Vec<f64>>)| {
-            (middle(k), own.into_iter().map(|own| quantile(own, level)).collect::<Vec<f64>>())
+        // The quantile that holds of one more recording, in a window that so many recordings reach.
+        let level = |k: usize| {
+            let reach = |own: &&Recording| own.time.last().is_some_and(|&last| longest > 0.0 && window(last) >= k);
+            let count = recordings.iter().filter(reach).count() as f64;
+            COVERAGE * (count + 1.0) / count
         };
-        let (times_s, radii_m): (Vec<f64>, Vec<Vec<f64>>) =
-            distances.into_iter().enumerate().filter(is_seen).map(radii).unzip();
-        let is_known = !times_s.is_empty() && radii_m.iter().flatten().all(|radius| radius.is_finite());
-        is_known.then_some(Self { coverage: COVERAGE, times_s, radii_m })
+        let (mut times_s, mut radii_m, mut until_s) = (Vec::new(), Vec::new(), 0.0);
+        for (k, own) in distances.into_iter().enumerate().take_while(|(k, _)| level(*k) <= 1.0) {
+            until_s = if k + 1 == WINDOWS { always() } else { (k as f64 + 1.0) / WINDOWS as f64 * longest };
+            // Without the windows in which a marker was never seen.
+            if own.iter().all(|own| !own.is_empty()) {
+                times_s.push((k as f64 + 0.5) / WINDOWS as f64 * longest);
+                radii_m.push(own.into_iter().map(|own| quantile(own, level(k))).collect());
+            }
+        }
+        let is_known = !times_s.is_empty() && radii_m.iter().flatten().all(|radius: &f64| radius.is_finite());
+        is_known.then_some(Self { coverage: COVERAGE, times_s, radii_m, until_s })
     }
 
-    /// The radius of a free marker at a time [m].
-    pub fn radius(&self, time: f64, marker: usize) -> f64 {
+    /// Whether it has a radius of each marker at each time, in order.
+    pub fn is_sound(&self) -> bool {
+        let [times, radii] = [self.times_s.len(), self.radii_m.len()];
+        times > 0
+            && times == radii
+            && self.times_s.is_sorted()
+            && self.radii_m.iter().all(|row| row.len() == self.markers())
+    }
+
+    /// How many free markers it is of.
+    pub fn markers(&self) -> usize {
+        self.radii_m.first().map_or(0, Vec::len)
+    }
+
+    /// The radius of a free marker at a time [m]; `None` where nothing is known of it.
+    pub fn radius(&self, time: f64, marker: usize) -> Option<f64> {
         let after = self.times_s.partition_point(|&own| own < time);
         let radius = |k: usize| self.radii_m[k][marker];
-        match after {
+        let found = match after {
             0 => radius(0),
             last if last == self.times_s.len() => radius(last - 1),
             k => {
                 let [from, to] = [self.times_s[k - 1], self.times_s[k]];
                 radius(k - 1) + (radius(k) - radius(k - 1)) * (time - from) / (to - from)
             }
-        }
+        };
+        (time <= self.until_s).then_some(found)
     }
 
-    /// The share of recorded markers that lie in their balls: in each tenth of the longest recording, and in all.
+    /// The share of recorded markers that lie in their balls, of those that have one: in each tenth of the longest recording, and in all.
     pub fn held(&self, recordings: &[Recording], free: &[usize], predictions: &[Prediction]) -> Held {
         let longest = longest(recordings);
         let mut sums = [(0.0, 0.0); 10];
         each(recordings, free, predictions, |time, marker, distance| {
             let (held, all) = &mut sums[((10.0 * time / longest) as usize).min(9)];
-            *held += f64::from(distance <= self.radius(time, marker));
-            *all += 1.0;
+            if let Some(radius) = self.radius(time, marker) {
+                *held += f64::from(distance <= radius);
+                *all += 1.0;
+            }
         });
         let (held, all) = sums.iter().fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
         Held { longest, tenths: sums.map(|(held, all)| held / all), all: held / all }
@@ -86,7 +113,7 @@ impl Regions {
 pub struct Held {
     /// Length of the longest recording [s].
     pub longest: f64,
-    /// Their share in each tenth of it.
+    /// Their share in each tenth of it; NaN where none has one.
     pub tenths: [f64; 10],
     /// Their share in all.
     pub all: f64,
@@ -147,7 +174,8 @@ mod tests {
         let regions = Regions::of(&recordings, &[0], &predictions).unwrap();
         // Of 99 recordings and one more, 90 are no farther off than the 90th.
         for (time, radius) in [(1.0, 90.0), (0.1, 9.0)] {
-            assert!((regions.radius(time, 0) / radius - 1.0).abs() < 0.1, "{} at {time}", regions.radius(time, 0));
+            let found = regions.radius(time, 0).unwrap();
+            assert!((found / radius - 1.0).abs() < 0.1, "{found} at {time}");
         }
         let share = |of: f64| regions.held(&recordings[..1], &[0], &[off(of)]);
         assert_eq!(share(80.0).all, 1.0);
@@ -163,13 +191,30 @@ mod tests {
     }
 
     #[test]
+    fn regions_end_where_fewer_recordings_go_on_than_they_need() {
+        let mut recordings = vec![recording(); 10];
+        for short in &mut recordings[..9] {
+            short.time.truncate(101);
+            short.markers.truncate(101);
+        }
+        let predictions: Vec<Prediction> = (1..=10).map(|k| off(f64::from(k))).collect();
+        let regions = Regions::of(&recordings, &[0], &predictions).unwrap();
+        assert!(regions.is_sound() && (1.0..1.15).contains(&regions.until_s), "{}", regions.until_s);
+        // Of ten recordings and one more, nine tenths are no farther off than the tenth.
+        assert!((regions.radius(0.9, 0).unwrap() / 9.0 - 1.0).abs() < 0.1);
+        assert_eq!(regions.radius(1.5, 0), None);
+        let held = regions.held(&recordings[9..], &[0], &predictions[9..]);
+        assert!(held.tenths[9].is_nan() && held.all.is_finite(), "{held:?}");
+    }
+
+    #[test]
     fn what_was_lost_does_not_count_and_what_is_no_number_is_far_off() {
         let mut recordings = vec![recording(); 20];
         recordings[3].markers.iter_mut().for_each(|row| row[0].x = f64::NAN);
         let mut predictions = vec![off(1.0); 20];
         predictions[3] = off(1e6);
         let regions = Regions::of(&recordings, &[0], &predictions).unwrap();
-        assert!(regions.radius(2.0, 0) < 2.1);
+        assert!(regions.radius(2.0, 0).unwrap() < 2.1);
         predictions[4..8].iter_mut().for_each(|own| *own = off(f64::NAN));
         assert!(Regions::of(&recordings, &[0], &predictions).is_none());
     }

@@ -16,12 +16,12 @@ use identify::page::{self, Predicted, Shown};
 use identify::playback::play;
 use identify::predict::{Prediction, predict, predict_each};
 use identify::quantity::Quantity;
-use identify::recording::{Grips, Reading, Recording};
+use identify::recording::{Reading, Recording};
 use identify::result::CableFile;
 use identify::specimen::{Numbers, Specimen};
 use identify::table;
 use report::{Conditions, significant};
-use terminal::{Progress, complain, say};
+use terminal::{Progress, complain, say, warn};
 
 use crate::Cli;
 
@@ -81,7 +81,7 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
     let start = kind.start(train.as_ref().map_or(&[], |train| &train.specimens));
     let (file, numbers, known) = match (earlier, &train) {
         (Some(file), _) => {
-            check(&file, &kind, train.iter().chain(&eval).next())?;
+            let file = of_set(file, &kind, train.iter().chain(&eval).next(), resolution)?;
             let numbers = file.numbers(start).map_err(|message| anyhow!("--from: {message}"))?;
             let known = file.known(&numbers);
             (file, numbers, known)
@@ -122,20 +122,28 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// How files are read: as the command line says, else with the grips of an earlier result.
+/// How files are read: as the command line says, else as those of an earlier result were.
 fn reading(cli: &Cli, earlier: Option<&CableFile>) -> Result<Reading> {
-    let known = earlier.map(|file| file.grips.parse::<Grips>().map_err(|message| anyhow!("--from: grips: {message}")));
-    let known = known.transpose()?;
-    if let (Some(told), Some(known)) = (cli.grips, known)
-        && told != known
-    {
-        bail!("--grips {told}: the result of --from is of grips at {known}");
+    let usual =
+        earlier.map_or(Ok(Reading::default()), CableFile::reading).map_err(|message| anyhow!("--from: {message}"))?;
+    if let Some(told) = cli.grips.filter(|told| earlier.is_some() && *told != usual.grips) {
+        bail!("--grips {told}: the result of --from is of grips at {}", usual.grips);
     }
-    Ok(Reading { rate: cli.rate, unit: cli.unit_m, grips: cli.grips.or(known).unwrap_or_default() })
+    Ok(Reading {
+        rate: cli.rate.unwrap_or(usual.rate),
+        unit: cli.unit_m.unwrap_or(usual.unit),
+        grips: cli.grips.unwrap_or(usual.grips),
+    })
 }
 
-/// Refuses the result of another kind of recordings, and of a cable with other branches.
-fn check<K: Kind>(file: &CableFile, kind: &K, set: Option<&Set<K::Specimen>>) -> Result<()> {
+/// An earlier result for a set that is predicted as finely as told, without regions where it has other markers. Refuses that of another kind
+/// of recordings, and of a cable with other branches.
+fn of_set<K: Kind>(
+    mut file: CableFile,
+    kind: &K,
+    set: Option<&Set<K::Specimen>>,
+    resolution: Resolution,
+) -> Result<CableFile> {
     if file.kind != K::NAME {
         bail!("--from: it is of a {}, but these recordings are of a {}", file.kind, K::NAME);
     }
@@ -143,7 +151,15 @@ fn check<K: Kind>(file: &CableFile, kind: &K, set: Option<&Set<K::Specimen>>) ->
     if file.rods.len() > 1 && rods.is_some_and(|rods| rods != file.rods) {
         bail!("--from: it is of a {} with other branches than these recordings'", file.kind);
     }
-    Ok(())
+    let free = set.map_or(0, |set| free_markers(set).len());
+    if let Some(regions) = file.regions.take_if(|regions| regions.markers() != free) {
+        warn(format_args!(
+            "--from: the result has regions of {} markers, these recordings have {free} free ones: they are left out",
+            regions.markers()
+        ));
+    }
+    (file.segments, file.steps) = (resolution.segments, resolution.steps);
+    Ok(file)
 }
 
 /// Tells by how much finer predictions of a set are others than what came of it.
@@ -328,8 +344,12 @@ fn tell<K: Kind>(kind: &K, set: &Set<K::Specimen>, outcome: &Outcome, regions: O
     let unsolved = if *unsolved > 0 { format!("; {unsolved} steps were not solved") } else { String::new() };
     say!("{}: {} recordings, predicted at {speed} times real time{unsolved}; errors [cm]:", set.name, errors.len())?;
     for (k, (name, _)) in errors.iter().flatten().take(errors[0].len()).enumerate() {
-        let mut sorted: Vec<f64> = errors.iter().map(|own| own[k].1).collect();
+        let mut sorted: Vec<f64> = errors.iter().map(|own| own[k].1).filter(|error| !error.is_nan()).collect();
         sorted.sort_by(f64::total_cmp);
+        if sorted.is_empty() {
+            say!("  {name}: its marker was lost in all of them")?;
+            continue;
+        }
         let mean = sorted.iter().sum::<f64>() / sorted.len() as f64;
         let [mean, median, worst] =
             [mean, sorted[sorted.len() / 2], sorted[sorted.len() - 1]].map(|error| significant(100.0 * error, 3));
@@ -372,7 +392,8 @@ fn write<K: Kind>(
     for (set, outcome) in sets.iter().zip(outcomes) {
         conditions = conditions.with(set.name, format!("{} recordings", set.recordings.len()));
         for (recording, errors) in set.recordings.iter().zip(&outcome.errors) {
-            let errors: BTreeMap<String, f64> = errors.iter().cloned().collect();
+            // Where all that an error is of was lost there is none.
+            let errors: BTreeMap<String, f64> = errors.iter().filter(|(_, error)| error.is_finite()).cloned().collect();
             file.errors_m.insert(recording.path.display().to_string(), errors);
         }
     }
@@ -405,8 +426,13 @@ fn write<K: Kind>(
         let name = set.recordings[median].name();
         let tables = cli.out.join("predictions");
         std::fs::create_dir_all(&tables).with_context(|| format!("cannot create {}", tables.display()))?;
+        let mut names: BTreeMap<String, usize> = BTreeMap::new();
         for (recording, prediction) in set.recordings.iter().zip(&outcome.predictions) {
-            let path = tables.join(format!("{}.csv", recording.name()));
+            // Files of different folders may have the same name.
+            let times = names.entry(recording.name()).or_default();
+            *times += 1;
+            let name = if *times == 1 { recording.name() } else { format!("{}-{times}", recording.name()) };
+            let path = tables.join(format!("{name}.csv"));
             table::write(&path, recording, &free, prediction, file.regions.as_ref())?;
         }
         let scene = kind.scene(&cli.out.join("scene"), &set.specimens[median], &name, numbers, steps)?;

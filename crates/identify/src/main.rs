@@ -30,7 +30,7 @@ struct Cli {
     #[arg(long, num_args = 1..)]
     eval: Vec<PathBuf>,
     /// Takes the parameters from the result.json of another identification instead of searching for them.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["hold", "free"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["hold", "free", "law"])]
     from: Option<PathBuf>,
     /// The folder to write to.
     #[arg(long, default_value = "out/identify")]
@@ -44,12 +44,12 @@ struct Cli {
     /// Predicts again with so many times the steps, and with so many times the segments, and tells by how much predictions change.
     #[arg(long, value_name = "TIMES", value_parser = clap::value_parser!(u16).range(2..=10))]
     refine: Option<u16>,
-    /// Frames a second of files that do not say it.
-    #[arg(long, default_value = "100", value_parser = positive)]
-    rate: f64,
-    /// Unit of length of the files [m]: 0.001 for millimetres.
-    #[arg(long, default_value = "1", value_parser = positive)]
-    unit_m: f64,
+    /// Frames a second of files that do not say it: 100 unless given, with --from as in its result.
+    #[arg(long, value_parser = positive)]
+    rate: Option<f64>,
+    /// Unit of length of the files [m], 0.001 for millimetres: 1 unless given, with --from as in its result.
+    #[arg(long, value_parser = positive)]
+    unit_m: Option<f64>,
     /// The markers of the parent of a cable with branches that are held and given: 0,1,-2,-1 (default), or M,-2,-1 where the first grip
     /// holds it at marker M.
     #[arg(long, value_name = "MARKERS", allow_hyphen_values = true)]

@@ -18,7 +18,8 @@ use crate::recording::Recording;
 /// Markers of a noodle's [`Recording`]: the clamp, which is given, one in the middle and one at the tip.
 pub const MARKERS: usize = 3;
 
-/// Mean distance [m] of the predicted tip from the recorded one, over the frames before `time` [s] in which it was not lost.
+/// Mean distance [m] of the predicted tip from the recorded one, over the frames before `time` [s] in which it was not
+/// lost; NaN where it was lost in all of them.
 pub fn tip_error(recording: &Recording, predicted: &Prediction, time: f64) -> f64 {
     let pairs = recording.time.iter().zip(&recording.markers).zip(&predicted.markers);
     let apart = pairs.take_while(|((at, _), _)| **at < time).map(|((_, real), here)| (here[1] - real[2]).norm());

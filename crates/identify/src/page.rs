@@ -167,7 +167,8 @@ pub fn write<Q: Quantity>(
         let held = |Shown { predicted, .. }: &Shown<'_>| {
             let held = regions.held(predicted.recordings, predicted.free, predicted.predictions);
             let place = |k: usize| (k as f64 + 0.5) / 10.0 * held.longest;
-            let curve = held.tenths.iter().enumerate().map(|(k, share)| (place(k), 100.0 * share));
+            let known = held.tenths.iter().enumerate().filter(|(_, share)| !share.is_nan());
+            let curve = known.map(|(k, share)| (place(k), 100.0 * share));
             Series { markers: false, ..Series::new(predicted.name, curve) }
         };
         let chart = LineChart {

@@ -57,11 +57,27 @@ pub fn predict_each<S: Specimen>(
     frames: usize,
     steps: usize,
 ) -> Result<Vec<Prediction>, SpecimenError> {
-    let same_times = |a: &(&S, &S::Numbers), b: &(&S, &S::Numbers)| are_in_time(a.0.time(), b.0.time());
-    let groups: Vec<_> = copies.chunk_by(same_times).flat_map(|group| group.chunks(TOGETHER)).collect();
+    let groups = groups(copies, |(specimen, _)| specimen.time());
     let all: Result<Vec<Vec<Prediction>>, _> =
         groups.into_par_iter().map(|group| together(group, frames, steps)).collect();
     Ok(all?.into_iter().flatten().collect())
+}
+
+/// Parts of a list that are simulated together: neighbours whose frames come at the same times, a few at once.
+pub fn groups<T>(all: &[T], time: impl Fn(&T) -> &[f64]) -> Vec<&[T]> {
+    let (mut groups, mut first, mut longest) = (Vec::new(), 0, 0);
+    for k in 0..all.len() {
+        if k - first == TOGETHER || !are_in_time(time(&all[k]), time(&all[longest])) {
+            groups.push(&all[first..k]);
+            (first, longest) = (k, k);
+        }
+        if time(&all[k]).len() > time(&all[longest]).len() {
+            longest = k;
+        }
+    }
+    groups.push(&all[first..]);
+    groups.retain(|group| !group.is_empty());
+    groups
 }
 
 /// Whether frames come at the same times, as far as both go.
@@ -152,4 +168,21 @@ pub fn simulated(
         }
     }
     Ok(unsolved)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn those_are_together_whose_frames_come_at_the_same_times() {
+        let even = |frames: usize| (0..frames).map(|k| k as f64 * 0.01).collect::<Vec<f64>>();
+        // As long as the second it goes with it, but not with the first.
+        let mut drops = even(300);
+        drops[150..].iter_mut().for_each(|time| *time += 0.01);
+        let times = [vec![even(500), even(100), drops], vec![even(50); 9]].concat();
+        let sizes: Vec<usize> = groups(&times, |time| time).iter().map(|group| group.len()).collect();
+        assert_eq!(sizes, [2, 8, 2]);
+        assert!(groups::<Vec<f64>>(&[], |time| time).is_empty());
+    }
 }

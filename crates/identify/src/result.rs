@@ -126,7 +126,24 @@ impl CableFile {
         if file.segments == 0 || file.steps == 0 {
             return Err(wrong("segments and steps must be 1 or more".to_owned()));
         }
+        for (key, value) in [("rate_per_s", file.rate_per_s), ("unit_m", file.unit_m)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(wrong(format!("{key} = {value}, but it must be above 0")));
+            }
+        }
+        if file.regions.as_ref().is_some_and(|regions| !regions.is_sound()) {
+            return Err(wrong("its regions must have a radius of each marker at each time, in order".to_owned()));
+        }
         Ok(file)
+    }
+
+    /// How its recordings were read.
+    ///
+    /// # Errors
+    /// If its grips are none.
+    pub fn reading(&self) -> Result<Reading, String> {
+        let grips = self.grips.parse().map_err(|message| format!("grips: {message}"))?;
+        Ok(Reading { rate: self.rate_per_s, unit: self.unit_m, grips })
     }
 
     /// The parameters of a cable without branches; what the file does not name is held where searches begin.

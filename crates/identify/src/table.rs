@@ -11,7 +11,7 @@ use crate::predict::Prediction;
 use crate::recording::Recording;
 
 /// Writes a prediction of a recording: a row a frame with its time [s], and of each marker that is predicted the position [m] and, if they
-/// are known, the radius of its region [m].
+/// are known, the radius of its region [m]; it is empty at times of which nothing is known.
 ///
 /// # Errors
 /// If the system refuses.
@@ -34,7 +34,10 @@ pub fn write(
         for (k, marker) in markers.iter().enumerate() {
             let _ = write!(text, ",{:.6},{:.6},{:.6}", marker.x, marker.y, marker.z);
             if let Some(regions) = regions {
-                let _ = write!(text, ",{:.6}", regions.radius(time, k));
+                text.push(',');
+                if let Some(radius) = regions.radius(time, k) {
+                    let _ = write!(text, "{radius:.6}");
+                }
             }
         }
     }

@@ -79,7 +79,9 @@ impl Head {
     /// this server, if from any.
     pub(crate) fn is_local(&self, port: u16) -> bool {
         let own = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}"));
-        let is_own = |host: &str| own.iter().any(|own| own == host);
+        // Browsers leave out the usual port.
+        let is_own =
+            |host: &str| own.iter().any(|own| own == host || (port == 80 && own.strip_suffix(":80") == Some(host)));
         let comes_from_here = |origin: &str| origin.strip_prefix("http://").is_some_and(is_own);
         self.field("host").is_some_and(is_own)
             && (!self.has("origin") || self.field("origin").is_some_and(comes_from_here))
@@ -111,6 +113,8 @@ mod tests {
         assert!(local("Host: 127.0.0.1:8000\r\n"));
         assert!(local("Host: localhost:8000\r\nOrigin: http://localhost:8000\r\n"));
         assert!(!local(""));
+        let usual = head("GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
+        assert!(usual.is_local(80) && !usual.is_local(8000));
         assert!(!local("Host: evil.example:8000\r\n"));
         assert!(!local("Host: 127.0.0.1:8001\r\n"));
         assert!(!local("Host: 127.0.0.1:8000\r\nHost: evil.example\r\n"));

@@ -347,6 +347,11 @@ impl<'a> Session<'a> {
         if !self.course.hands.is_empty() {
             simulation.store(&mut self.state);
         }
+        // A grip whose time is over lets go of what a hand leads, too.
+        self.course.hands.retain(|_, held| match held {
+            Held::Pulls(_) => true,
+            Held::Leads { body, .. } => simulation.is_held(*body) == Some(true),
+        });
         for held in self.course.hands.values() {
             match held {
                 Held::Pulls(hand) => hand.pull(&self.state, self.dt, &mut pulls),
@@ -415,7 +420,7 @@ impl<'a> Session<'a> {
     /// input.
     ///
     /// # Errors
-    /// If the simulation cannot go there: a segment of the model that was fixed all along has been let go since.
+    /// If the simulation cannot go there: a segment has been held or let go since, and it cannot be built anew.
     pub fn go_to(&mut self, simulation: &mut Simulation, time: f64) -> Result<(), LiveError> {
         if !self.went {
             // One can come back to where one was.
@@ -442,12 +447,19 @@ impl<'a> Session<'a> {
 
     fn restore(&mut self, simulation: &mut Simulation, to: &Snapshot, course: Course) -> Result<(), LiveError> {
         self.take_knobs(simulation, course.knobs)?;
-        simulation.restore(to).map_err(|error| match error {
-            SimulationError::Snapshot => {
-                LiveError::refused("there is no way back to before a clamped segment was let go")
+        match (simulation.restore(to), &self.rebuild) {
+            // What has come apart since is together again in a new one.
+            (Err(SimulationError::Snapshot), Some(rebuild)) => {
+                let mut new = rebuild(&course.knobs.applied_to(&self.first)?).map_err(LiveError::refused)?;
+                new.restore(to)?;
+                *simulation = new;
             }
-            error => error.into(),
-        })?;
+            (Err(SimulationError::Snapshot), None) => {
+                let before = "there is no way back to before a segment was held or let go";
+                return Err(LiveError::refused(before));
+            }
+            (other, _) => other?,
+        }
         (self.course, self.went) = (course, true);
         Ok(())
     }

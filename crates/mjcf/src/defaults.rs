@@ -5,7 +5,7 @@ use crate::xml::{Attribute, Element};
 
 /// Attributes that say the same: who gives one of them takes none from a class.
 const ALTERNATIVES: [&[&str]; 1] = [&["quat", "axisangle", "euler", "xyaxes", "zaxis"]];
-/// The class of all that name no other.
+/// What the class of all that name no other is called, unless the file calls it otherwise.
 const MAIN: &str = "main";
 /// Kinds whose defaults are read, or are of no use to what is read.
 const KINDS: [&str; 20] = [
@@ -40,6 +40,7 @@ struct Class {
 /// All classes of a file.
 #[derive(Default)]
 pub(crate) struct Defaults {
+    /// The first one is that of all that name no other.
     classes: Vec<Class>,
 }
 
@@ -88,7 +89,10 @@ impl Defaults {
     /// An element with what its class says, or else that of the body that it is in.
     pub(crate) fn applied(&self, element: &Element, childclass: Option<&str>) -> Result<Element> {
         let named = element.text("class").or(childclass);
-        let class = self.classes.iter().find(|class| class.name == named.unwrap_or(MAIN));
+        let class = match named {
+            Some(name) => self.classes.iter().find(|class| class.name == name),
+            None => self.classes.first(),
+        };
         if let (Some(name), None) = (named, class)
             && name != MAIN
         {

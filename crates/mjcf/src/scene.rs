@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::cable::{Cable, Section};
 use crate::contact::Common;
@@ -248,7 +248,12 @@ fn bodies(plan: &mut Plan, body: &mut Writer, folder: &Path) -> Result<()> {
             Shape::Capsule([r, half]) => round("capsule", *r, *half),
             Shape::Cylinder([r, half]) => round("cylinder", *r, *half),
             Shape::Box(halves) => format!("box = {{ sides_m = {} }}", numbers(&halves.map(|half| 2.0 * half))),
-            Shape::Mesh(file, scale) => format!("mesh = {{ {} }}", mesh(file, *scale, folder)),
+            Shape::Mesh(file, scale) => {
+                let centre = centre_of_mass(own)?.map(|centre| geom.pose.inverse_transform_point(&centre).coords);
+                let centre =
+                    centre.map_or_else(String::new, |centre| format!(", centre_of_mass_m = {}", vector(&centre)));
+                format!("mesh = {{ {}{centre} }}", mesh(file, *scale, folder))
+            }
         };
         body.line(&format!("shape.{shape}"));
         match (&own.inertial, geom.weight()) {
@@ -283,12 +288,19 @@ fn round(kind: &str, radius: f64, half: f64) -> String {
     format!("{kind} = {{ radius_m = {}, length_m = {} }}", number(radius), number(2.0 * half))
 }
 
+/// The centre of mass that a body gives, in the world [m].
+fn centre_of_mass(own: &Body) -> Result<Option<Point3<f64>>> {
+    let Some(inertial) = &own.inertial else { return Ok(None) };
+    Ok(Some(own.pose * Point3::from(inertial.vector("pos")?.unwrap_or_default())))
+}
+
 /// Moments of inertia that a body gives [kg m^2]: about the axes of its geom, through its centre.
 fn moments(own: &Body, geom: &Geom) -> Result<Option<[f64; 3]>> {
     let Some(inertial) = &own.inertial else { return Ok(None) };
     inertial.knows(&["mass", "pos", "diaginertia", "quat"], &[])?;
-    let centre = own.pose * nalgebra::Point3::from(inertial.vector("pos")?.unwrap_or_default());
-    if (centre.coords - geom.pose.translation.vector).norm() > 1e-9 {
+    // A mesh may have it anywhere.
+    let is_middle = |centre: Point3<f64>| (centre.coords - geom.pose.translation.vector).norm() <= 1e-9;
+    if !matches!(geom.shape, Shape::Mesh(..)) && !centre_of_mass(own)?.is_none_or(is_middle) {
         return inertial.at("pos", "the centre of mass must be that of the geom");
     }
     let is_turned = inertial.exactly::<4>("quat")?.is_some_and(|q| q != [1.0, 0.0, 0.0, 0.0]);

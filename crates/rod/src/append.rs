@@ -2,8 +2,8 @@
 
 use crate::part::with_motions;
 use crate::{
-    Body, BreakableJoint, Changing, Driven, InelasticJoint, Joint, Lift, Load, Model, Motion, Pulley, Segment, Sheath,
-    SlidingJoint, State,
+    Body, BreakableJoint, Changing, Driven, InelasticJoint, InternalVariables, Joint, Lift, Load, Model, Motion,
+    Pulley, Segment, Sheath, SlidingJoint, State,
 };
 
 impl Model {
@@ -97,13 +97,17 @@ impl Body {
 }
 
 impl State {
-    /// Adds the entries of another state after those that there are.
-    pub fn append(&mut self, other: &State) {
+    /// Adds the entries of another state after those that there are; internal variables, which are by the order of laws, after those of
+    /// `laws` laws, the number of this state's model.
+    pub fn append(&mut self, other: &State, laws: usize) {
         self.positions.extend(&other.positions);
         self.orientations.extend(&other.orientations);
         self.velocities.extend(&other.velocities);
         self.angular_velocities.extend(&other.angular_velocities);
-        self.internals.extend_from_slice(&other.internals);
+        if !other.internals.is_empty() {
+            self.internals.resize_with(laws, InternalVariables::default);
+            self.internals.extend_from_slice(&other.internals);
+        }
     }
 }
 
@@ -144,7 +148,7 @@ mod tests {
         let ((mut model, mut state), (second, second_state)) = (one(4, 1.0), one(6, 2.0));
         let energies = [measure::energy(&model, &state), measure::energy(&second, &second_state)];
         model.append(&second);
-        state.append(&second_state);
+        state.append(&second_state, 0);
         model.validate(&state).unwrap();
         let together = measure::energy(&model, &state).total();
         let sum = energies[0].total() + energies[1].total();

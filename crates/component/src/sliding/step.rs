@@ -56,6 +56,14 @@ impl<T: Real> Component<T> {
         self.roll_back_pulleys();
     }
 
+    /// Leaves eyelets where they are at the start of a step that has no solution, with the forces of the one before.
+    pub(crate) fn rest_eyelets(&mut self) {
+        let effective = self.effective.lane(0);
+        for eyelet in &mut self.eyelets.all {
+            (eyelet.target, eyelet.force) = (eyelet.start, eyelet.last_force * (effective * effective));
+        }
+    }
+
     /// Ends a step that is accepted.
     pub(crate) fn end_eyelets(&mut self) {
         let (per_dt, effective) = (1.0 / self.dt, self.effective.lane(0));

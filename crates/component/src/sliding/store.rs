@@ -66,14 +66,23 @@ impl<T: Real> Component<T> {
         let h = T::splat(self.dt);
         for eyelet in self.eyelets.all.iter().filter(|eyelet| eyelet.stored_by().is_some()) {
             let place = eyelet.carried(self.time, self.dt);
-            let first = eyelet.first_outside(self.time, self.dt);
-            for k in first..(eyelet.line.segment_before(place) + 2).min(eyelet.line.segments()) {
+            for k in self.first_free(eyelet)..(eyelet.line.segment_before(place) + 2).min(eyelet.line.segments()) {
                 let body = &self.bodies[eyelet.first + k];
                 let inside = 0.5 + (place - eyelet.line.centre(k)) / body.length.lane(0);
-                let share = T::splat(inside.clamp(0.0, 1.0));
+                let mut share = T::splat(inside.clamp(0.0, 1.0));
+                // In air the prediction has its weight beside the mass that drag adds.
+                if let Some(drag) = &self.drag {
+                    share = share * T::splat(drag.inertia(eyelet.first + k, 0)[0]) * body.inverse_mass;
+                }
                 self.predicted[eyelet.first + k].x -= self.gravity * (pushed * h * share * body.free);
             }
         }
+    }
+
+    /// The first segment of an eyelet's rod that takes part in the step under way, which may be a part of the one for which the others were stored.
+    fn first_free(&self, eyelet: &Eyelet) -> usize {
+        let is_free = |&k: &usize| self.bodies[eyelet.first + k].free.lane(0) != 0.0;
+        (0..eyelet.line.segments()).find(is_free).unwrap_or(eyelet.line.segments())
     }
 
     /// Lets joints yield as far as their material is beyond the eyelets where the step under way ends.
@@ -83,7 +92,7 @@ impl<T: Real> Component<T> {
             let Some(drive) = eyelet.stored_by() else { continue };
             let place = eyelet.carried(time, dt);
             let last = eyelet.line.segment_before(place);
-            for k in eyelet.first_outside(time, dt)..(last + 1).min(drive.joints.len()) {
+            for k in self.first_free(eyelet)..(last + 1).min(drive.joints.len()) {
                 let [from, to] = [k, k + 1].map(|segment| eyelet.line.centre(segment));
                 let share = T::splat(((to - place) / (to - from)).clamp(LEAST_SHARE, 1.0));
                 let joint = drive.joints[k];

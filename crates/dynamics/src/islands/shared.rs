@@ -76,11 +76,6 @@ impl Shared {
         self.detector.drive(index, motion)
     }
 
-    /// Changes gravity [m/s^2].
-    pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
-        self.slow = slow(gravity);
-    }
-
     /// Notes what has become of a segment.
     pub(crate) fn change(&mut self, segment: usize, change: Change<'_>) {
         self.detector.set_free(segment, matches!(change, Change::LetGo));
@@ -89,7 +84,6 @@ impl Shared {
 
     /// Shows a visitor what the next step takes over: of contacts, those that press.
     pub(crate) fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
-        visitor.number(&mut self.slow);
         self.detector.visit_state(visitor);
         let mut count = self.pressing.len();
         visitor.count(&mut count);
@@ -138,6 +132,8 @@ impl Shared {
 
     /// Finds the possible contacts of a step over `interval` of all sets, whose predictions are made.
     pub(crate) fn find(&mut self, interval: Interval, components: &Sets<'_>, counters: &mut Counters) {
+        // All sets feel the same gravity, which may change over time.
+        self.slow = components.iter().next().map_or(0.0, |set| slow(&set.component.gravity()));
         self.detector.place_obstacles(interval);
         self.detector.follow_sheaths(components);
         self.found.clone_from(&self.pressing);

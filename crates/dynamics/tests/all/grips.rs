@@ -478,3 +478,73 @@ fn a_grip_that_lets_go_within_a_step_holds_to_its_end() {
         assert!(measure::worst_gap(&told, &now) < 1e-5, "step {step}: {}", measure::worst_gap(&told, &now));
     }
 }
+
+/// Four alike rods that float and are pushed, of which the first one is held from the third step on: the others go on as each of them does
+/// alone, with what gravity and the load of the third one come to be.
+#[test]
+fn rods_that_have_left_their_lanes_bear_their_own_loads() {
+    let with_loads = |count: usize| {
+        let (mut model, state) = rods(count, false);
+        for (segment, own) in model.segments.iter().enumerate() {
+            model.lifts.push(rod::Lift { load: segment, mass: 0.4 * own.mass() });
+            let force = GRAVITY * (-0.4 * own.mass());
+            model.loads.push(rod::Load { segment, offset: 0.0, force, torque: Vector3::zeros(), follows: false });
+        }
+        for k in 0..count {
+            let segment = k * SEGMENTS + 5;
+            model.loads.push(rod::Load {
+                segment,
+                offset: 0.0,
+                force: Vector3::y(),
+                torque: Vector3::zeros(),
+                follows: false,
+            });
+        }
+        (model, state)
+    };
+    let settings = Settings { step: StepParams::DEFAULT, solver: SolverKind::Direct };
+    let run = |count: usize, pushed: Option<usize>, held: bool| {
+        let (model, mut state) = with_loads(count);
+        let before = state.positions.clone();
+        let mut simulation = Simulation::new(&model, &state, &settings, None).unwrap();
+        assert_eq!(simulation.in_lanes() > 0, count > 1);
+        steps(&mut simulation, &mut state, 3);
+        if held {
+            simulation.attach(Body::Segment(0), None).unwrap();
+        }
+        simulation.set_gravity(Vector3::new(1.0, 0.5, -3.0)).unwrap();
+        if let Some(rod) = pushed {
+            simulation.set_load(count * SEGMENTS + rod, Vector3::z() * 2.0, Vector3::zeros()).unwrap();
+        }
+        steps(&mut simulation, &mut state, 12);
+        state.positions.iter().zip(before).map(|(now, then)| now - then).collect::<Vec<_>>()
+    };
+    let (together, [pushed, other]) = (run(4, Some(2), true), [Some(0), None].map(|pushed| run(1, pushed, false)));
+    for (rod, alone) in [(1, &other), (2, &pushed), (3, &other)] {
+        for (i, alone) in alone.iter().enumerate() {
+            let apart = (together[rod * SEGMENTS + i] - alone).norm();
+            assert!(apart < 1e-6, "rod {rod}, segment {i}: {apart:e} m");
+        }
+    }
+}
+
+/// A snapshot of rods that have left their lanes goes on in a new simulation, in which they are side by side.
+#[test]
+fn rods_that_have_left_their_lanes_go_on_from_a_snapshot() {
+    let (model, state) = rods(4, false);
+    let settings = Settings { step: StepParams::DEFAULT, solver: SolverKind::Direct };
+    let new = || Simulation::new(&model, &state, &settings, None).unwrap();
+    let (mut simulation, mut ends) = (new(), [state.clone(), state.clone()]);
+    steps(&mut simulation, &mut ends[0], 3);
+    let before = simulation.snapshot();
+    simulation.attach(Body::Segment(SEGMENTS), None).unwrap();
+    steps(&mut simulation, &mut ends[0], 3);
+    let after = Snapshot::from_words(simulation.snapshot().words().to_vec());
+    let mut other = new();
+    other.restore(&after).unwrap();
+    steps(&mut simulation, &mut ends[0], 9);
+    steps(&mut other, &mut ends[1], 9);
+    assert_eq!(ends[0], ends[1]);
+    assert!(simulation.restore(&before).is_err(), "they do not come together again");
+    new().restore(&before).unwrap();
+}

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use dynamics::batch::Batch;
 use dynamics::simulation::{Settings, Simulation, SimulationError};
 use dynamics::step::{Status, StepParams};
 use nalgebra::Vector3;
@@ -479,5 +480,29 @@ fn loops_by_masings_rule_take_their_area() {
         println!("{integrator:?}: {work} {lost} {expected}, {largest} {bent}");
         assert!((lost / expected - 1.0).abs() < 0.01, "{lost} of {expected}");
         assert!((work / expected - 1.0).abs() < 0.01, "{work} of {expected}");
+    }
+}
+
+/// What has yielded beside what has not, in one batch: each goes on as it does alone.
+#[test]
+fn copies_keep_what_their_own_joints_remember() {
+    let torque = [(0.0, Vector3::zeros()), (0.2, Vector3::y() * 0.9), (0.4, Vector3::zeros())];
+    let (model, fresh) = cantilever(&plastic(0.1, 0.0), &torque, 1e-3);
+    let settings = settings(Integrator::Bdf2);
+    let mut bent = fresh.clone();
+    let mut simulation = Simulation::new(&model, &bent, &settings, None).unwrap();
+    (0..30).for_each(|_| _ = simulation.step(0.01).unwrap());
+    simulation.store(&mut bent);
+    assert!(!bent.internals.is_empty());
+    let states = [&fresh, &bent, &fresh];
+    let mut batch = Batch::new(&states.map(|state| (&model, state)), &settings, None).unwrap();
+    (0..10).for_each(|_| assert!(batch.step(0.01).is_ok()));
+    for (copy, state) in states.into_iter().enumerate() {
+        let mut alone = Simulation::new(&model, state, &settings, None).unwrap();
+        (0..10).for_each(|_| _ = alone.step(0.01).unwrap());
+        let [mut one, mut other] = [state.clone(), state.clone()];
+        alone.store(&mut one);
+        batch.store(copy, &mut other);
+        assert_eq!(one.positions, other.positions, "copy {copy}");
     }
 }

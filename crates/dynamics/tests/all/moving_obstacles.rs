@@ -11,8 +11,8 @@ use dynamics::step::Status;
 use jointed::topology::Topology;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rod::{
-    Assembly, Body, Carried, Damping, Friction, Interpolation, Joint, JointForce, Keyframe, Load, Model, Motion,
-    Obstacle, ObstacleShape, Pose, RestShape, RodSpec, State, Surface, shape,
+    Assembly, Body, Carried, Change, Changing, Damping, Friction, Interpolation, Joint, JointForce, Keyframe, Load,
+    Model, Motion, Obstacle, ObstacleShape, Pose, RestShape, RodSpec, State, Surface, Track, shape,
 };
 
 use crate::common::material;
@@ -425,4 +425,19 @@ fn what_is_held_where_it_lies_bears_no_more_than_the_weight() {
         let largest = all.fold(0.0, f64::max);
         assert!(largest < weight, "held by its face: {by_face}, {depth} m deep: {largest} N of {weight} N");
     }
+}
+
+/// What meets the ground slower than gravity would make it in two steps does not bounce: with gravity as it is then.
+#[test]
+fn without_gravity_what_is_slow_bounces_too() {
+    let (mut model, mut state) = block();
+    let below = ObstacleShape::HalfSpace { point: Vector3::z() * -0.005, normal: Unit::new_normalize(Vector3::z()) };
+    model.contacts.obstacles = vec![Obstacle::new(below, Surface { restitution: 0.8, ..rough(0.3) })];
+    let track = Track::new(&[(0.0, Vector3::z() * -GRAVITY), (1e-3, Vector3::zeros())], Interpolation::Linear).unwrap();
+    model.changes.push(Change { of: Changing::Gravity, track: Arc::new(track) });
+    let speed = GRAVITY * DT;
+    state.velocities.iter_mut().for_each(|velocity| *velocity = Vector3::z() * -speed);
+    let mut up = 0.0;
+    run(&model, &state, &sharp(), 20, |_, now| up = now.velocities[0].z);
+    assert!((up / speed - 0.8).abs() < 1e-2, "{up} of {speed} m/s");
 }

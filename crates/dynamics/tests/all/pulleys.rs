@@ -188,7 +188,7 @@ fn disc(model: &mut Model, state: &mut State, mass: f64, middle: Vector3<f64>) -
     let (own, own_state) = assembly.finish();
     let wheel = Body::Segment(model.segments.len());
     model.append(&own);
-    state.append(&own_state);
+    state.append(&own_state, 0);
     let anchor = Body::Anchor(model.anchors.len());
     model.anchors.push(Pose { position: middle, orientation });
     let joint = Joint {

@@ -188,7 +188,7 @@ fn with_faces() -> (Model, State) {
     model.contacts.obstacles.push(Obstacle::new(block, model.contacts.obstacles[0].surface));
     let (other, others) = assembly.finish();
     model.append(&other);
-    state.append(&others);
+    state.append(&others, 0);
     (model, state)
 }
 

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::{BranchedCable, Number, Numbers};
-use crate::predict::{TOGETHER, are_in_time, simulated};
+use crate::predict::{groups, simulated};
 use crate::quantity::Quantity;
 use crate::recording::{Recording, median};
 use crate::specimen::{Specimen, SpecimenError};
@@ -23,9 +23,7 @@ pub(super) fn averaged(
     dispersion: f64,
 ) -> Result<Numbers, SpecimenError> {
     let pairs: Vec<(&BranchedCable, &Recording)> = specimens.iter().zip(recordings.iter().copied()).collect();
-    let in_time =
-        |a: &(&BranchedCable, &Recording), b: &(&BranchedCable, &Recording)| are_in_time(a.0.time(), b.0.time());
-    let groups: Vec<_> = pairs.chunk_by(in_time).flat_map(|group| group.chunks(TOGETHER)).collect();
+    let groups = groups(&pairs, |(specimen, _)| specimen.time());
     let means: Result<Vec<Vec<Vec<Vector3<f64>>>>, _> =
         groups.into_par_iter().map(|group| of_group(group, numbers, steps)).collect();
     let means: Vec<Vec<Vector3<f64>>> = means?.into_iter().flatten().collect();

@@ -4,7 +4,7 @@ use cosserat::optimise::{Normal, Residuals};
 use nalgebra::DVector;
 
 use super::search::{Dispersion, Of, Search, Stage};
-use crate::predict::{Prediction, TOGETHER, are_in_time, predict, predict_each};
+use crate::predict::{Prediction, TOGETHER, groups, predict, predict_each};
 use crate::quantity::Quantity;
 use crate::recording::Recording;
 use crate::specimen::SpecimenError;
@@ -144,8 +144,7 @@ impl<'a, S: Specimen> Part<'a, S> {
         });
         let runs: Vec<S::Numbers> = std::iter::once(numbers.clone()).chain(beside).collect();
         // Of the same run side by side, so that they are of one world.
-        let same_times = |a: &S, b: &S| are_in_time(a.time(), b.time());
-        let groups: Vec<&[S]> = self.specimens.chunk_by(same_times).flat_map(|group| group.chunks(TOGETHER)).collect();
+        let groups = groups(&self.specimens, S::time);
         let copies: Vec<(&S, &S::Numbers)> = groups
             .iter()
             .flat_map(|group| runs.iter().flat_map(|run| group.iter().map(move |specimen| (specimen, run))))

@@ -51,6 +51,9 @@ pub fn bending(wire: &Wire, photograph: &Photograph) -> Result<Bent, HangingErro
     let mut search = LeastSquares::new(DVector::from_element(1, best.1));
     search.bounds = vec![bounds];
     search.run(&mut shape, ITERATIONS)?;
+    if bounds.iter().any(|end| (search.x[0] - end).abs() < 1e-6) {
+        return Err(HangingError::NoBending { bending: search.x[0].exp() });
+    }
     let residuals = shape.at(search.x[0])?;
     Ok(Bent { bending: search.x[0].exp(), distances: residuals.iter().map(|(r, _)| r.norm()).collect() })
 }

@@ -55,10 +55,13 @@ pub fn critical_twist(
 /// it snaps. From the least ratio upwards, then by bisection of its logarithm.
 ///
 /// # Errors
-/// As [`critical_twist`], and if no ratio from 0.2 to 4 does it.
+/// As [`critical_twist`], and if it does not snap with any ratio from 0.2 to 4, or with each of them.
 pub fn twist_ratio(wire: &Wire, photograph: &Photograph, bending: f64, twist: f64) -> Result<f64, HangingError> {
     let snaps = |ratio: f64| Ok::<_, HangingError>(critical_twist(wire, photograph, bending, ratio, twist)?.is_some());
     let [least, most] = RATIOS;
+    if snaps(least)? {
+        return Err(HangingError::AnyTwist { degrees: twist.to_degrees(), least });
+    }
     let (mut low, mut high) = (least, least * STRIDE);
     while !snaps(high)? {
         (low, high) = (high, high * STRIDE);

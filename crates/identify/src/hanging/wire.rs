@@ -63,6 +63,22 @@ pub enum HangingError {
         /// Largest ratio.
         most: f64,
     },
+    /// The wire leaves its plane however soft it is against twist.
+    #[error(
+        "it leaves its plane before {degrees} degrees of twist with GJ / EI {least} already, the least that is tried"
+    )]
+    AnyTwist {
+        /// The twist [deg].
+        degrees: f64,
+        /// Least ratio.
+        least: f64,
+    },
+    /// The points do not determine the stiffness of bending.
+    #[error("its points are nearest with EI {bending} N m^2, an end of what is tried: they do not determine it")]
+    NoBending {
+        /// The stiffness at that end [N m^2].
+        bending: f64,
+    },
 }
 
 impl Wire {

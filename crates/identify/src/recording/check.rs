@@ -169,7 +169,8 @@ fn check_order(recording: &Recording, mean: f64) -> Result<(), RecordingError> {
 
 /// Takes recordings away whose number of markers is not that of most, and says why.
 pub(crate) fn drop_other_counts(recordings: &mut Vec<Recording>) -> Vec<RecordingError> {
-    let count = median(recordings.iter().map(|recording| recording.count() as f64).collect()) as usize;
+    let counts: Vec<usize> = recordings.iter().map(Recording::count).collect();
+    let Some(count) = most_frequent(&counts) else { return Vec::new() };
     let mut dropped = Vec::new();
     recordings.retain(|recording| {
         let fits = recording.count() == count;
@@ -184,7 +185,11 @@ pub(crate) fn drop_other_counts(recordings: &mut Vec<Recording>) -> Vec<Recordin
 
 /// Takes recordings away whose length [m] is not that of most, and says why. `of` tells the path of one and its length.
 pub(crate) fn drop_other_lengths<R>(recordings: &mut Vec<R>, of: impl Fn(&R) -> (&Path, f64)) -> Vec<RecordingError> {
-    let usual = median(recordings.iter().map(|recording| of(recording).1).collect());
+    // Of an even number the lower one of both in the middle: a length that one of them has.
+    let mut lengths: Vec<f64> =
+        recordings.iter().map(|recording| of(recording).1).filter(|length| !length.is_nan()).collect();
+    lengths.sort_by(f64::total_cmp);
+    let Some(&usual) = lengths.get(lengths.len().saturating_sub(1) / 2) else { return Vec::new() };
     let mut dropped = Vec::new();
     recordings.retain(|recording| {
         let (path, found) = of(recording);
@@ -196,6 +201,12 @@ pub(crate) fn drop_other_lengths<R>(recordings: &mut Vec<R>, of: impl Fn(&R) -> 
         fits
     });
     dropped
+}
+
+/// The number that comes most often, the first of those that come as often.
+fn most_frequent(numbers: &[usize]) -> Option<usize> {
+    let times = |number: usize| numbers.iter().filter(|own| **own == number).count();
+    numbers.iter().copied().rev().max_by_key(|&number| times(number))
 }
 
 /// The way over pairs of markers in the first frame [m].

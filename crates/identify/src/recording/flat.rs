@@ -52,6 +52,9 @@ pub fn read_flat(path: &Path, reading: Reading) -> Result<Recording, RecordingEr
 fn axes(grid: &Grid) -> Option<[&[f64]; 3]> {
     let shape: Vec<usize> = grid.shape.iter().copied().skip_while(|&size| size == 1).collect();
     let &[3, count] = &shape[..] else { return None };
+    if count == 0 {
+        return None;
+    }
     let mut axes = grid.values.chunks(count);
     Some([axes.next()?, axes.next()?, axes.next()?])
 }

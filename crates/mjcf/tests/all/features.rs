@@ -298,3 +298,34 @@ fn options() {
     let none = scene_of(&model(&cable("", CAPSULE), "<option><flag gravity=\"disable\"/></option>"));
     assert_eq!(none.model.gravity.norm(), 0.0);
 }
+
+/// The first section of defaults is that of all elements that name no class, whatever it is called.
+#[test]
+fn the_class_of_all_may_have_any_name() {
+    let world = cable("initial=\"none\"", "<geom type=\"capsule\" size=\"0.005\"/>");
+    let text = format!(
+        "<mujoco><default class=\"robot\"><geom density=\"500\"/><default class=\"other\"><geom density=\"7\"/></default>\
+         </default><worldbody>{world}</worldbody></mujoco>"
+    );
+    let [with, without] = [scene_of(&text), scene_of(&model(&world, ""))].map(|scene| scene.model.segments[3].mass());
+    assert!(near(with, 0.5 * without), "{with} {without}");
+}
+
+/// A mesh that moves freely has its centre of mass where the file says.
+#[test]
+fn a_mesh_has_the_centre_of_mass_that_is_given() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+    std::fs::write(folder.path().join("hook.obj"), mesh).expect("a mesh");
+    let text = format!(
+        r#"<mujoco><asset><mesh file="hook.obj" scale="0.1 0.1 0.1"/></asset><worldbody>{}
+        <body pos="0 5 0"><freejoint/><inertial pos="0.01 0.02 0.03" mass="0.2" diaginertia="1e-4 1e-4 1e-4"/>
+          <geom name="e" type="mesh" mesh="hook"/></body></worldbody></mujoco>"#,
+        cable("initial=\"none\"", CAPSULE)
+    );
+    let path = folder.path().join("x.xml");
+    let converted = mjcf::convert(&text, &path).expect("right");
+    let scene = scene::parse(&converted.toml, path.to_str().expect("UTF-8")).expect(&converted.toml);
+    let centre = scene.state.positions.last().expect("a body");
+    assert!((centre - nalgebra::Vector3::new(0.01, 5.02, 0.03)).norm() < 1e-9, "{centre}");
+}

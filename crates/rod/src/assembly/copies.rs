@@ -23,8 +23,9 @@ impl Assembly {
         let mut copies = Vec::with_capacity(rods.len() * places.len());
         for place in places {
             let mut start = self.model.segments.len();
+            let laws = self.model.laws.len();
             self.model.append_after(self.rods, &part.model.moved(place));
-            self.state.append(&state.moved(place));
+            self.state.append(&state.moved(place), laws);
             self.rods += rods.len();
             for rod in rods {
                 self.made_of.extend_from_within(rod.clone());

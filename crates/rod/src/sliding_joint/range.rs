@@ -33,7 +33,8 @@ impl SlidingJoint {
         model.sliding_joints.iter().any(|other| other.segments == self.segments && other.start < self.start)
     }
 
-    /// The first segment of the rod that is joined to something but its neighbours in the rod; its last one if none is.
+    /// The first segment of the rod that is joined to something but its neighbours in the rod, or on which another rod's eyelet or pulley sits;
+    /// its last one if none is.
     fn first_joined(&self, model: &Model) -> usize {
         let own = |body: Body| match body {
             Body::Segment(i) => self.segments.contains(&i).then(|| i - self.segments.start),
@@ -44,7 +45,9 @@ impl SlidingJoint {
             (Some(a), Some(b)) if a.abs_diff(b) == 1 => None,
             (a, b) => a.or(b),
         });
-        joined.fold(last, usize::min)
+        let eyelets = model.sliding_joints.iter().map(|other| other.holder);
+        let holders = eyelets.chain(model.pulleys.iter().map(|pulley| pulley.holder)).filter_map(own);
+        joined.chain(holders).fold(last, usize::min)
     }
 
     /// Whether joints of its rod have laws that are not elastic.

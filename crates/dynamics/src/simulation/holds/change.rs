@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use component::snapshot::StateVisitor;
+use component::snapshot::{Snapshot, StateVisitor};
 use component::{Change, Component};
 use jointed::linear::solvers::SolverKind;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -180,6 +180,11 @@ impl Simulation {
                 );
             }
         }
+        for anchor in 0..self.open.len() {
+            let mut is_moved = self.moved_anchors.contains(&anchor);
+            visitor.flag(&mut is_moved);
+            self.note_moved(anchor, is_moved);
+        }
         // The motions of a file are the model's, moved to where they took hold.
         for k in 0..self.schedule.len() {
             let Scheduled { driven, phase, .. } = &self.schedule[k];
@@ -203,9 +208,8 @@ impl Simulation {
         let comes_apart = |piece: &Piece| matches!(piece, Piece::LaneBatch(group) if group.comes_apart(body, lets_go));
         if !(is_driven && self.is_held(body) == Some(true))
             && let Some(place) = self.pieces.iter().position(comes_apart)
-            && let Piece::LaneBatch(group) = self.pieces.swap_remove(place)
         {
-            self.pieces.extend(group.apart().map(|set| Piece::Single(Box::new(set))));
+            self.part(place);
         }
         for piece in &mut self.pieces {
             if piece.change(body, change, self.solver)? {
@@ -216,12 +220,55 @@ impl Simulation {
             Body::Segment(i) => self.held[i] = !lets_go,
             Body::Anchor(i) => {
                 self.open[i] = lets_go;
-                if !self.moved_anchors.contains(&i) {
-                    self.moved_anchors.push(i);
-                }
+                self.note_moved(i, true);
             }
         }
         Ok(())
+    }
+
+    /// Notes that an anchor may be elsewhere than in the model.
+    fn note_moved(&mut self, anchor: usize, is_moved: bool) {
+        if is_moved && !self.moved_anchors.contains(&anchor) {
+            self.moved_anchors.push(anchor);
+        }
+    }
+
+    /// Steps the sets of the group at this place among the pieces one by one from now on.
+    fn part(&mut self, place: usize) {
+        let Some(first) = (0..=place).find(|&first| self.place_now(first) == place) else { return };
+        let Piece::LaneBatch(group) = &mut self.pieces[place] else { return };
+        let sets: Vec<Piece> = group.apart().map(|set| Piece::Single(Box::new(set))).collect();
+        self.parted.push([first, sets.len()]);
+        self.parted.sort_unstable();
+        self.pieces.splice(place..=place, sets);
+    }
+
+    /// Where a piece is now that was at this place at first.
+    fn place_now(&self, first: usize) -> usize {
+        let earlier = self.parted.iter().filter(|[parted, _]| *parted < first);
+        first + earlier.map(|[_, sets]| sets - 1).sum::<usize>()
+    }
+
+    /// Shows a visitor which groups step one by one.
+    pub(in crate::simulation) fn visit_parted(&mut self, visitor: &mut StateVisitor<'_>) {
+        let mut count = self.parted.len();
+        visitor.count(&mut count);
+        self.parted.iter_mut().for_each(|[first, _]| visitor.count(first));
+    }
+
+    /// Parts the groups that were apart in a snapshot; whether no others are.
+    pub(in crate::simulation) fn part_as_in(&mut self, snapshot: &Snapshot) -> bool {
+        let then = snapshot.parted();
+        for &first in then {
+            if self.parted.iter().all(|[parted, _]| *parted != first as usize) {
+                let place = self.place_now(first as usize);
+                if !matches!(self.pieces.get(place), Some(Piece::LaneBatch(_))) {
+                    return false;
+                }
+                self.part(place);
+            }
+        }
+        self.parted.len() == then.len()
     }
 }
 
