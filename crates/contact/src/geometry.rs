@@ -98,6 +98,11 @@ pub struct World<'a> {
 }
 
 impl World<'_> {
+    /// Whether a segment is a rigid body with a mesh.
+    pub fn is_mesh(&self, index: u32) -> bool {
+        self.bodies.binary_search_by_key(&index, |body| body.0).is_ok()
+    }
+
     /// The mesh of segment `index`, and where it is at the start of the step and in `poses`.
     pub(super) fn body(&self, index: u32, components: &impl Components, poses: Poses) -> Option<Carrier<'_>> {
         let place = self.bodies.binary_search_by_key(&index, |body| body.0).ok()?;
@@ -196,15 +201,15 @@ impl Contact {
                 let obstacle = &world.obstacles[index as usize];
                 let other = obstacle.side(poses);
                 if let ObstacleShape::HalfSpace { point, normal } = obstacle.shape(poses) {
+                    let normal = to_kernel(normal);
                     let (end, radius) = match feature {
                         Feature::Corner(corner) => {
                             let body = world.body(self.key.0, components, poses);
-                            (body.map_or(own.now.x, |body| body.corner(corner)), 0.0)
+                            (body.map_or(own.now.x, |body| body.farthest(corner, normal)), 0.0)
                         }
                         Feature::Own(1) => (own.ends[1], own.radius),
                         _ => (own.ends[0], own.radius),
                     };
-                    let normal = to_kernel(normal);
                     let gap = normal.dot(end - to_kernel(point)) - radius;
                     self.set(&own, other.as_ref(), normal, gap, end - normal * (radius + 0.5 * gap));
                 } else if let Some(other) = other {
@@ -366,10 +371,17 @@ impl Contact {
 
     /// Chooses the coefficient of friction of a step from how fast the surfaces move past each other at its start [m/s]: that of
     /// sliding above `creep` [m/s], which is what a contact that sticks may slip within the tolerance, else that at rest. Where they
-    /// moved the other way a step before, they have been at rest in between. Within a step the coefficient stays, so that each
+    /// moved the other way a step before, they have been at rest in between. Where friction was as large as it can be in the step before,
+    /// the contact has broken loose or slides: a hundredth of that speed is enough. Within a step the coefficient stays, so that each
     /// step's law is Coulomb's with one.
     pub fn choose_coefficient(&mut self, meeting: Vec3<f64>, creep: f64) {
         let across = meeting - self.normal * meeting.dot(self.normal);
+        let [normal, first, second] = self.guess;
+        let friction = first.hypot(second);
+        let is_largest = |coefficient: f64| (friction - coefficient * normal).abs() <= 1e-3 * coefficient * normal;
+        let Friction { at_rest, sliding } = self.friction;
+        let gives_way = normal > 0.0 && (is_largest(at_rest) || is_largest(sliding));
+        let creep = if gives_way { 0.01 * creep } else { creep };
         let slides = across.norm_squared() > creep * creep && across.dot(self.slips_at[1]) >= 0.0;
         self.slips_at[0] = across;
         self.coefficient = if slides { self.friction.sliding } else { self.friction.at_rest };

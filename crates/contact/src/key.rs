@@ -71,7 +71,7 @@ impl Feature {
 }
 
 /// Identifies a contact from step to step.
-pub(crate) type Key = (u32, Partner, Feature);
+pub type Key = (u32, Partner, Feature);
 
 /// A [`Key`] as words. The first one holds the segment and, from bit 32 on, which corner, face or edge of it the feature is.
 /// The last one holds, from its lowest bit on: what the feature is (2 bits), its end, whether the partner is a face (1), an

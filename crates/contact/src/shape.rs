@@ -143,6 +143,23 @@ impl Carrier<'_> {
         self.mesh.corners().get(corner as usize).map_or(self.frames[1].x, |place| self.to_world(1, place))
     }
 
+    /// Where the part of the surface that a corner stands for is farthest against a normal, now [m]: of a cylinder a piece of its rim.
+    pub(super) fn farthest(&self, corner: u32, normal: Vec3<f64>) -> Vec3<f64> {
+        let (Some(round), Some(place)) = (self.mesh.round_side(), self.mesh.corners().get(corner as usize)) else {
+            return self.corner(corner);
+        };
+        let down = self.frames[1].q.rotate_back(-normal);
+        let [x, y] = [down.0[0], down.0[1]];
+        // A face that lies on a plane has no side that is farther than others.
+        if x.hypot(y) < 1e-3 {
+            return self.corner(corner);
+        }
+        let angle = (place.x * y - place.y * x).atan2(place.x * x + place.y * y).clamp(-round.arc, round.arc);
+        let (sin, cos) = angle.sin_cos();
+        let turned = Vector3::new(place.x * cos - place.y * sin, place.x * sin + place.y * cos, place.z);
+        self.to_world(1, &turned)
+    }
+
     /// It, with an edge, as a body that a contact sees.
     pub(super) fn side(&self, ends: &[Vector3<f64>; 2]) -> Side {
         let [before, ends] = [0, 1].map(|when| ends.each_ref().map(|end| self.to_world(when, end)));

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::applicability::Applicability;
+use crate::applicability::{Applicability, Worth};
 use crate::film::{Film, Guess};
 use crate::inputs::{Inputs, STRIDE, Sizes};
 use crate::network::{Reader, Row, Shape};
@@ -67,12 +67,19 @@ impl Correction {
         out
     }
 
-    /// The prediction of a film: corrected where the correction applies to its motion, or where it is to be added to `all` motions.
-    pub fn prediction(&self, film: &Film, all: bool) -> Prediction {
-        match all || self.applicability.worth(&film.way()).applies {
+    /// The predictions of films: corrected where the correction applies to their motions.
+    pub fn predictions(&self, films: &[&Film]) -> Vec<Prediction> {
+        let each = films.iter().zip(self.worths(films));
+        let one = |(film, worth): (&&Film, Worth)| match worth.applies {
             true => film.corrected(&self.add(film)),
             false => film.uncorrected(),
-        }
+        };
+        each.map(one).collect()
+    }
+
+    /// What it is worth to films that are predicted together.
+    pub fn worths(&self, films: &[&Film]) -> Vec<Worth> {
+        self.applicability.worths(&films.iter().map(|film| film.way()).collect::<Vec<_>>())
     }
 
     /// What to add in rows of frames, with the number of each frame.

@@ -272,14 +272,17 @@ fn evaluate(cli: &Cli, cable: &CableFile, correction: &Correction) -> Result<()>
         bail!("{path}: {found} markers, but the correction is of a cable with {asked}");
     }
     let began = Instant::now();
-    let worth: Vec<Worth> = films.iter().map(|(_, film)| correction.applicability.worth(&film.way())).collect();
-    let corrected: Vec<Prediction> =
-        films.iter().map(|(_, film)| correction.prediction(film, cli.all_motions)).collect();
+    let all: Vec<&Film> = films.iter().map(|(_, film)| film).collect();
+    let worths = correction.worths(&all);
+    let corrected: Vec<Prediction> = match cli.all_motions {
+        true => all.iter().map(|film| film.corrected(&correction.add(film))).collect(),
+        false => correction.predictions(&all),
+    };
     let recorded: f64 = films.iter().filter_map(|(recording, _)| recording.time.last()).sum();
     let speed = significant(recorded / began.elapsed().as_secs_f64(), 2);
     let uncorrected: Vec<Prediction> = films.iter().map(|(_, film)| film.uncorrected()).collect();
     let recordings: Vec<Recording> = films.iter().map(|(recording, _)| recording.clone()).collect();
-    warn_of_others(cli, &films, &worth, &correction.applicability);
+    warn_of_others(cli, &films, &worths, &correction.applicability);
     say!("eval: {} recordings, corrected at {speed} times real time; errors [cm]:", films.len())?;
     let name = correction.guess;
     let [before, after] = [&uncorrected, &corrected].map(|predictions| metric.errors(&recordings, predictions));
@@ -293,7 +296,7 @@ fn evaluate(cli: &Cli, cable: &CableFile, correction: &Correction) -> Result<()>
 /// Warns of motions to which a correction does not apply.
 fn warn_of_others(cli: &Cli, films: &[(Recording, Film)], worth: &[Worth], applicability: &Applicability) {
     let others = films.iter().zip(worth).filter(|(_, worth)| !worth.applies);
-    let is_far = worth.iter().any(|worth| !worth.applies && worth.distance > applicability.like_m);
+    let is_far = worth.iter().any(|worth| !worth.applies && !worth.is_like);
     let cm = |metres: f64| significant(100.0 * metres, 2);
     let names: Vec<String> =
         others.map(|((recording, _), worth)| format!("{} ({} cm)", recording.name(), cm(worth.distance))).collect();
@@ -311,8 +314,14 @@ fn warn_of_others(cli: &Cli, films: &[(Recording, Film)], worth: &[Worth], appli
         films.len(),
         if cli.all_motions { "added all the same" } else { "left out" },
         if is_far {
+            let middle = |mut distances: Vec<f64>| {
+                distances.sort_by(f64::total_cmp);
+                cm(distances.get(distances.len() / 2).copied().unwrap_or(f64::NAN))
+            };
             format!(
-                ", as the ways of the grips are farther from the nearest in training than {} cm",
+                ", as the ways of the grips are farther from the nearest in training, {} cm in the middle, than those from each other ({} cm, at most {} cm)",
+                middle(worth.iter().map(|worth| worth.distance).collect()),
+                middle(applicability.distances()),
                 cm(applicability.like_m)
             )
         } else {

@@ -30,9 +30,6 @@ use crate::projection::{Predictor, ProjectionFactory};
 use crate::step::{Interval, Status, StepParams, StepParamsError};
 use crate::substep::Substep;
 
-/// What a snapshot holds, in its order: another number where that changes.
-const LAYOUT: usize = 2;
-
 pub use contact::overlap::{Overlap, Overlapped};
 pub use holds::{Taken, TimedGrip};
 pub use rod::{ContactForce, Touched, contact_wrenches};
@@ -555,7 +552,8 @@ impl Simulation {
     }
 
     fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
-        visitor.size(LAYOUT);
+        // Another number where a snapshot comes to hold something else.
+        visitor.size(2);
         visitor.number(&mut self.time);
         self.visit_parted(visitor);
         visitor.number(&mut self.time_lost);

@@ -20,6 +20,7 @@ use crate::files::PATH;
 use crate::inelastic::Inelastic;
 use crate::numbers::number;
 use crate::outcome::Outcome;
+use crate::sharp::{SharpJoint, Sharpest};
 use crate::sought::{Sought, begun, params, tell};
 
 #[derive(Serialize)]
@@ -33,6 +34,9 @@ struct Report {
     /// What joints have lost and kept on the way; missing where all are elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     inelastic: Option<Inelastic>,
+    /// The joint that turned furthest on the way, if it is too soft there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sharp_joint: Option<SharpJoint>,
 }
 
 #[derive(Serialize)]
@@ -88,12 +92,14 @@ pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
     let mut refused: Option<Error> = None;
     let mut end_time_s = 0.0;
     let mut model = scene.model.clone();
+    let mut sharpest = Sharpest::default();
     let (progress, mut shown) = (Progress::with_lines(scene.run.steps, "steps", args.rest.json)?, 0);
     let mut each = |point: &PathPoint, state: &State, forces: &[JointForce]| {
         end_time_s = point.time;
         let done = (point.time / scene.run.dt) as usize;
         progress.advance_by(done.saturating_sub(shown));
         shown = shown.max(done);
+        sharpest.observe(&scene.model, state);
         let Some(files) = files.as_mut() else { return !progress.stopped() };
         model.set_time(point.time);
         let energy = measure::energy(&model, state).total();
@@ -129,6 +135,7 @@ pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
         points: found.points,
         events: found.events.iter().map(line).collect(),
         inelastic: Inelastic::of(&scene, &state),
+        sharp_joint: SharpJoint::of(&scene, &sharpest),
     };
     let table = |directory: &Path| write_table(directory, &scene, &rows);
     let closed =
@@ -171,6 +178,9 @@ fn print(report: &Report) -> Result<()> {
     }
     if let Some(inelastic) = &report.inelastic {
         say!("{inelastic}")?;
+    }
+    if let Some(joint) = &report.sharp_joint {
+        say!("{joint}")?;
     }
     let end = number(report.end_time_s);
     match report.end {

@@ -89,12 +89,19 @@ impl Display for Apart {
                 "joints came apart, first in step {first_step} ({time} s), in {steps} steps in all; widest in step {widest_step}"
             )?,
         }
+        match self.widest_gap_per_length > WIDE {
+            true => write!(
+                f,
+                ": {} m, {} times the joint's length, between {a} and {b}",
+                number(self.widest_gap_m),
+                number(self.widest_gap_per_length)
+            )?,
+            // Such a step is taken back.
+            false => write!(f, ", however short; rods stayed where they were before it")?,
+        }
         write!(
             f,
-            ": {} m, {} times the joint's length, between {a} and {b}; look whether what is held is led into something, or \
-             further than the rod reaches; if not, a smaller --dt may help",
-            number(self.widest_gap_m),
-            number(self.widest_gap_per_length)
+            "; look whether what is held is led into something, or further than the rod reaches; if not, a smaller --dt may help"
         )
     }
 }

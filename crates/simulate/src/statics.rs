@@ -16,6 +16,7 @@ use crate::inelastic::Inelastic;
 use crate::learned_start::{self, Begin};
 use crate::numbers::{energy_scale, number, share, unless_noise};
 use crate::outcome::Outcome;
+use crate::sharp::{SharpJoint, Sharpest};
 use crate::sought::{Sought, begun, params, still, tell};
 use crate::{along, branches, scenes};
 
@@ -52,6 +53,9 @@ struct Report {
     /// What joints have lost and kept; missing where all are elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     inelastic: Option<Inelastic>,
+    /// The joint that turned furthest, if it is too soft there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sharp_joint: Option<SharpJoint>,
     /// Of what is driven, loads and gravity, in all frames.
     stands_at_s: f64,
     /// End face of the last segment of each rod [m].
@@ -101,6 +105,10 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
         let (segment, place_m, force_n) = (contact.segment, contact.place.into(), contact.force.into());
         Some(Press { segment, rod: scene.model.segments[segment].rod, obstacle, place_m, force_n })
     };
+    let mut sharpest = Sharpest::default();
+    if found.converged {
+        sharpest.observe(&scene.model, &state);
+    }
     let obstacles = &scene.model.contacts.obstacles;
     let in_loops = found.loops > 0 && scene.model.air.is_some();
     let report = Report {
@@ -122,6 +130,7 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
         energy_end_j: measure::energy(&scene.model, &state).total(),
         energy_scale_j: energy_scale(&scene.model, &state),
         inelastic: Inelastic::of(&scene, &state),
+        sharp_joint: SharpJoint::of(&scene, &sharpest),
         stands_at_s: 0.0,
         tips_m: scene.rods.iter().filter(|rod| !rod.segments.is_empty()).map(|rod| tip(&rod.segments)).collect(),
     };
@@ -171,6 +180,9 @@ fn print(report: &Report) -> Result<()> {
     say!("energy: {start} J at the start, {end} J {place}")?;
     if let Some(inelastic) = &report.inelastic {
         say!("{inelastic}")?;
+    }
+    if let Some(joint) = &report.sharp_joint {
+        say!("{joint}")?;
     }
     let size = report.tips_m.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
     for (k, tip) in report.tips_m.iter().enumerate().take(10) {

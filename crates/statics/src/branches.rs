@@ -105,7 +105,9 @@ pub fn branches(model: &Model, state: &State, params: &BranchParams) -> Result<B
     component.hold_still();
     component.stop_inner_damping();
     if component.has_torques() {
-        return Err(StaticError::Branches("loads without torques, which have no energy"));
+        return Err(StaticError::Branches(
+            "loads that are forces fixed in space: torques, and loads that follow their segments, have no energy",
+        ));
     }
     let elimination = Elimination::new(&topology).ok_or(StaticError::Loops("the search for several equilibria"))?;
     let balance = Balance::new(component, elimination, 1.0);

@@ -21,7 +21,9 @@ pub enum StaticError {
     #[error("the search for several equilibria needs {0}")]
     Branches(&'static str),
     /// Modes under torques that turn with nothing: they have no energy, and so the tangent is not symmetric.
-    #[error("modal analysis needs loads without torques, which have no energy")]
+    #[error(
+        "modal analysis needs loads that are forces fixed in space: torques, and loads that follow their segments, have no energy"
+    )]
     Torques,
     /// Contacts that a static analysis does not know.
     #[error("static analysis knows contacts with planes, spheres and capsules, but {0}")]

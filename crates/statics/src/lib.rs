@@ -75,9 +75,10 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
             .then(|| newton::fits(&component, &topology))
             .flatten();
         if newton.is_none() && !contacts.is_empty() {
-            return Err(StaticError::UnknownContacts(
-                "only of chains, trees and single rings, without torques as loads, by method newton",
-            ));
+            return Err(StaticError::UnknownContacts(match params.method {
+                StaticMethod::Newton => "only of chains, trees and single rings, without torques and loads that follow",
+                _ => "only by method newton",
+            }));
         }
         let descend = |memory| newton::descend(&mut component, memory, &mut contacts, params);
         let mut own = newton.map_or_else(StaticReport::default, descend);

@@ -78,7 +78,9 @@ pub(super) fn descend(
     let mut shift = Shift::new(component, &mut descent.equations, &wind.forces, is_held);
     let (mut pushes, mut loop_begin) = (0, 0);
     while descent.report.steps < descent.limit {
-        let waits = descent.report.steps > 0 && wind.follow(component, descent.report.movement);
+        // The first solve is without drag.
+        let waits =
+            component.has_air() && (descent.report.steps == 0 || wind.follow(component, descent.report.movement));
         if descent.report.steps == 0 || (component.has_air() && !waits) {
             descent.report.loops += 1;
             loop_begin = descent.report.steps;
@@ -118,6 +120,8 @@ pub(super) fn descend(
         }
         if tried.is_saddle {
             if pushes == MOST_PUSHES {
+                // In balance, and led back to it: what a rod that may spin about itself does, whose energy does not change.
+                report.converged = !contacts.is_empty();
                 break;
             }
             pushes += 1;

@@ -143,7 +143,9 @@ pub fn path(
             ));
         }
         if component.has_torques() {
-            return Err(StaticError::Path("loads without torques, which have no energy"));
+            return Err(StaticError::Path(
+                "loads that are forces fixed in space: torques, and loads that follow their segments, have no energy",
+            ));
         }
         let elimination = Elimination::new(&topology).ok_or(StaticError::Loops("a path of equilibria"))?;
         component.stop_inner_damping();

@@ -1,7 +1,7 @@
 //! Rigid bodies of a component.
 
 use kernels::lane::Real;
-use kernels::math::Vec3;
+use kernels::math::{Quat, Vec3};
 use rod::Model;
 
 use super::Rigid;
@@ -38,6 +38,16 @@ impl<T: Real> Component<T> {
         let across = own.transverse.lane(lane);
         let rigid = self.rigid.iter().find(|rigid| (rigid.lane, rigid.body) == (lane, body));
         rigid.map_or(Vec3([across, across, own.axial.lane(lane)]), |rigid| pick(rigid.inertia, lane))
+    }
+
+    /// The spin of a segment that is oriented so, a time after or before it has this one, where nothing acts on it: Euler's equations to first order
+    /// [rad/s, s].
+    pub fn spin_after(&self, body: usize, spin: Vec3<f64>, q: Quat<f64>, time: f64) -> Vec3<f64> {
+        let (own, Vec3(moments)) = (q.rotate_back(spin), self.moments(body, 0));
+        let momentum = Vec3([0, 1, 2].map(|k| own.0[k] * moments[k]));
+        let Vec3(torque) = momentum.cross(own);
+        let rate = Vec3([0, 1, 2].map(|k| torque[k] / moments[k]));
+        q.rotate(own + rate * time)
     }
 
     /// Those of all segments in all lanes, and >= 0 where one is a rigid body; none where none is.

@@ -133,10 +133,11 @@ fn violent_motions_leave_it_bounded() {
             assert!(film.uncorrected().markers.iter().flatten().all(|marker| marker.norm() < 1.0));
             let added = found.add(film);
             assert!(added.iter().flatten().all(|x| x.norm() <= 3_f64.sqrt() * found.bound), "{kind}");
-            let worth = found.applicability.worth(&film.way());
+            let worth = found.worths(&[film])[0];
             assert!(worth.distance > 2.0 * found.applicability.like_m, "{kind}: {worth:?}");
         }
-        assert!(films.iter().all(|(_, film)| found.applicability.worth(&film.way()).applies));
+        let learned: Vec<&Film> = films.iter().map(|(_, film)| film).collect();
+        assert!(found.worths(&learned).iter().all(|worth| worth.applies));
     }
 }
 

@@ -1,6 +1,7 @@
 //! The contacts' stage of an outer iteration of one island: line 11 of Algorithm 1 (paper, section 3) and its collision
 //! constraints.
 
+mod bounce;
 mod observe;
 mod slopes;
 
@@ -19,7 +20,8 @@ use friction::solve::ContactSolver;
 use kernels::Spatial;
 use kernels::math::Vec3;
 use kernels::parallel;
-use rod::Surface;
+
+use bounce::Bounce;
 
 use super::TooManyContacts;
 use super::assemble::{Assembly, components_of};
@@ -34,18 +36,6 @@ use crate::step::Interval;
 /// Steps in a row in which a contact that presses is an impact: bodies may stop in the first a little above each other, and
 /// touch in the second.
 const IMPACT: u32 = 2;
-
-/// A contact whose bodies meet fast in a step, and are to part again.
-struct Bounce {
-    /// Among the contacts.
-    index: usize,
-    /// The gap to keep without it [m], and the gap at the start of the step [m].
-    from: f64,
-    gap: f64,
-    /// How fast they meet at the start of the step [m/s].
-    speed: f64,
-    restitution: f64,
-}
 
 /// All contacts of an island, and the memory to solve them.
 #[derive(Default)]
@@ -295,54 +285,6 @@ impl IslandContacts {
         duplicates::double(world.shapes, &mut self.contacts, &mut self.holders);
         counters.contact_evaluations += self.contacts.len() as u64 - left_out;
         counters.contacts_left_out += left_out;
-    }
-
-    /// Notes the contacts that meet fast, and raises the gap that they keep, so that they part again: as if they turned round as the
-    /// step begins.
-    fn find_bounces(&mut self, shared: &Shared, components: &Sets<'_>) {
-        let world = shared.detector.world(&self.search);
-        for (index, contact) in self.contacts.iter_mut().enumerate() {
-            let Surface { restitution, .. } = shared.detector.surface(contact.key.1);
-            if restitution == 0.0 {
-                continue;
-            }
-            // A step of second order knows velocities at its start beside those over the step before.
-            let late = |i: u32| {
-                let shape = &world.shapes[i as usize];
-                let (component, body) = (&components[shape.component as usize].component, shape.body as usize);
-                Spatial {
-                    linear: component.velocity(body, 0) - component.velocities[body].linear,
-                    angular: Vec3::zero(),
-                }
-            };
-            // An obstacle whose velocity changes meets with that over the step, which is the one that its work is done at.
-            let obstacle = contact.key.1.obstacle().map(|i| &world.obstacles[i as usize]);
-            let mean = obstacle.and_then(|obstacle| {
-                let arm = contact.arms[1];
-                Some(obstacle.way_of(arm) * (1.0 / self.dt) - obstacle.velocity_at(arm)?)
-            });
-            let meets = meeting(contact, &world, components) - mean.unwrap_or(Vec3::zero());
-            let speed = -(meets + contact.relative(late)).dot(contact.normal);
-            if speed > shared.slow * self.dt && contact.gap < speed * self.dt {
-                // An overlap that is let out must not leave at once.
-                let from = if contact.target < 0.0 { contact.target } else { contact.gap.max(0.0) };
-                contact.target = from + restitution * speed * self.dt;
-                self.bounces.push(Bounce { index, from, gap: contact.gap, speed, restitution });
-            }
-        }
-    }
-
-    /// Lets bodies part no faster than is possible without a gain of energy, from the rods' own solution of the step: forces that press bodies on
-    /// while they meet act on what leaves, and of bodies that their rods slow down on the way as much is given back as they arrive with.
-    pub(crate) fn limit_bounces(&mut self, shared: &Shared, components: &Sets<'_>) {
-        let shapes = shared.detector.shapes();
-        for bounce in &self.bounces {
-            let contact = &mut self.contacts[bounce.index];
-            let way = contact.relative(|i| correction(components, &shapes[i as usize])).dot(contact.normal);
-            let arrives = (bounce.gap - contact.gap - way) / self.dt;
-            let leaves = bounce.restitution * bounce.speed.min(arrives) - (arrives - bounce.speed).max(0.0);
-            contact.target = bounce.from + leaves.max(0.0) * self.dt;
-        }
     }
 
     /// Finds the impulses that the contacts add in this iteration, beside the rods' own solution, and writes them to the

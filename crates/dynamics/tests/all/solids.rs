@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use dynamics::simulation::{Settings, Simulation};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use rod::{Assembly, BodyShape, Damping, Model, Obstacle, ObstacleShape, Pose, RigidBody, SolidMesh, State, Surface};
+use rod::{
+    Assembly, BodyShape, Damping, Model, Obstacle, ObstacleShape, Pose, RigidBody, SolidMesh, State, Surface, measure,
+};
 
 use crate::meshes::{DT, GRAVITY, at, prism, reactions, rough, run, sharp, sheet, steady};
 
@@ -239,4 +241,30 @@ fn overlaps_of_bodies_with_obstacles_are_refused() {
     }
     assert!(refused(brick(), sheet(1.0, 5)).is_some(), "a sheet through its middle");
     assert!(refused(brick(), block(at(Vector3::zeros()), Vector3::repeat(2.0))).is_some(), "inside");
+}
+
+/// What tumbles and bounces keeps its energy with a restitution of 1, but for what a step's turn is worth, and loses some with less.
+#[test]
+fn tumbling_bodies_win_nothing_as_they_bounce() {
+    let tilted = Pose {
+        position: Vector3::z() * 0.5,
+        orientation: UnitQuaternion::from_euler_angles(10_f64.to_radians(), 20_f64.to_radians(), 0.0),
+    };
+    let shapes = [
+        BodyShape::Cylinder { radius: 0.1, length: 0.2 },
+        BodyShape::Box { sides: Vector3::new(0.2, 0.15, 0.1) },
+        BodyShape::Capsule { radius: 0.05, length: 0.3 },
+    ];
+    for shape in shapes {
+        for (restitution, most) in [(1.0, 1.03), (0.9, 1.005)] {
+            let floor = ObstacleShape::HalfSpace { point: Vector3::zeros(), normal: Vector3::z_axis() };
+            let surface = Surface { restitution, ..rough(0.0) };
+            let (model, state) = scene(shape.clone(), tilted, vec![still(floor, surface)], 0.0);
+            let energy = |state: &State| measure::energy(&model, state).total();
+            let start = energy(&state);
+            let mut highest = start;
+            run((&model, &state), &sharp(), 300, |_, now| highest = highest.max(energy(now)));
+            assert!(highest < most * start, "{shape:?}, {restitution}: {highest} J of {start} J");
+        }
+    }
 }

@@ -319,7 +319,11 @@ impl EnergyBalance {
             || leads_eyelets(step);
         let jumps = step.status == Status::PastHalfTurn;
         let was_unsolved = std::mem::replace(&mut self.is_unsolved, jumps || !step.is_solved());
-        let turned = (0..model.segments.len()).map(|i| step.turn(i)).fold(0.0, f64::max);
+        let grips = (0..model.anchors.len()).map(|i| {
+            let [from, to] = step.poses(Body::Anchor(i));
+            from.orientation.angle_to(&to.orientation)
+        });
+        let turned = (0..model.segments.len()).map(|i| step.turn(i)).chain(grips).fold(0.0, f64::max);
         if !is_known || was_unsolved || is_fed || model.contacts.allow_overlap || turned > MOST_TURN {
             *self = Self { jump: self.jump, is_unsolved: self.is_unsolved, ..Self::default() };
             return;

@@ -40,6 +40,7 @@ impl IslandContacts {
         let turns = iteration > 0;
         let error = |stage: &mut Self, components: &mut Sets<'_>, poses: Poses, counters: &mut Counters| {
             stage.evaluate(shared, components, (poses, turns), counters);
+            stage.aim_bounces(shared, components);
             stage.error(shared, components, tolerance)
         };
         if iteration < shared.params.settle_after {

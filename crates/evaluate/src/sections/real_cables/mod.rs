@@ -382,10 +382,9 @@ impl Known {
             out.push(errors("identified", &other, &uncorrected(&films)));
             out.push(errors("corrected", &other, &corrected(&films, &correction)));
             // As the program predicts: without the correction where it does not apply.
-            let applies = |film: &Film| correction.applicability.worth(&film.way()).applies;
-            let shipped = |(_, film): &(Recording, Film)| correction.prediction(film, false);
-            out.push(errors("shipped", &other, &films.iter().map(shipped).collect::<Vec<_>>()));
-            corrections[0] += films.iter().filter(|(_, film)| applies(film)).count();
+            let all: Vec<&Film> = films.iter().map(|(_, film)| film).collect();
+            out.push(errors("shipped", &other, &correction.predictions(&all)));
+            corrections[0] += correction.worths(&all).iter().filter(|worth| worth.applies).count();
             corrections[1] += films.len();
             count = count.max(own.len());
         }
