@@ -60,8 +60,6 @@ pub struct RoundSide {
     pub ends: [Vector3<f64>; 2],
     /// Its radius [m].
     pub radius: f64,
-    /// Angle about the axis that a corner of the mesh stands for, to each side [rad].
-    pub arc: f64,
 }
 
 /// Sine of the angle to the axis below which an edge, and of that to a plane across it below which a face is of the round side.
@@ -138,9 +136,7 @@ impl TriangleMesh {
     /// The mesh of a cylinder about the z axis, from `-length / 2` to `length / 2` [m], with its round side as it is: faces and edges
     /// along the axis stand for that where something has no use of it.
     pub fn with_round_side(mut self, radius: f64, length: f64) -> Self {
-        let rim = self.corners.iter().filter(|corner| corner.z > 0.0 && corner.xy().norm() > 0.5 * radius).count();
-        let arc = std::f64::consts::PI / rim.max(1) as f64;
-        self.round = Some(RoundSide { ends: [-0.5, 0.5].map(|share| Vector3::z() * (share * length)), radius, arc });
+        self.round = Some(RoundSide { ends: [-0.5, 0.5].map(|share| Vector3::z() * (share * length)), radius });
         self
     }
 

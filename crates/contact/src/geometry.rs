@@ -205,7 +205,8 @@ impl Contact {
                     let (end, radius) = match feature {
                         Feature::Corner(corner) => {
                             let body = world.body(self.key.0, components, poses);
-                            (body.map_or(own.now.x, |body| body.farthest(corner, normal)), 0.0)
+                            // What does not count is where the centre is, above all.
+                            (body.and_then(|body| body.farthest(corner, normal)).unwrap_or(own.now.x), 0.0)
                         }
                         Feature::Own(1) => (own.ends[1], own.radius),
                         _ => (own.ends[0], own.radius),

@@ -16,7 +16,7 @@ use super::exclusion::PairFilter;
 use super::geometry::{Contact, World};
 use super::key::{Feature, Partner};
 use super::obstacles::Placed;
-use super::shape::{Components, Poses, Shape, are_parallel};
+use super::shape::{Carrier, Components, Poses, Shape, are_parallel};
 use super::sheath::Tube;
 use super::{mesh_contacts, solid_contacts};
 use crate::params::NarrowPhaseParams;
@@ -466,7 +466,8 @@ impl NarrowPhase {
                 let shape = &self.shapes[*index as usize];
                 let Ok(place) = segments.binary_search(index) else { continue };
                 if shape.free && !obstacle.is_out_of_reach(&boxes[place]) {
-                    for corner in 0..mesh.corners().len() as u32 {
+                    let rims = mesh.round_side().map(|_| [0, 1].map(Carrier::rim)).into_iter().flatten();
+                    for corner in (0..mesh.corners().len() as u32).chain(rims) {
                         let key = (*index, Partner::Obstacle(i as u32), Feature::Corner(corner));
                         out.push(Contact::new(key, obstacle.surface().friction, shape.radius));
                     }

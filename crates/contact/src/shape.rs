@@ -143,21 +143,26 @@ impl Carrier<'_> {
         self.mesh.corners().get(corner as usize).map_or(self.frames[1].x, |place| self.to_world(1, place))
     }
 
-    /// Where the part of the surface that a corner stands for is farthest against a normal, now [m]: of a cylinder a piece of its rim.
-    pub(super) fn farthest(&self, corner: u32, normal: Vec3<f64>) -> Vec3<f64> {
-        let (Some(round), Some(place)) = (self.mesh.round_side(), self.mesh.corners().get(corner as usize)) else {
-            return self.corner(corner);
-        };
-        let down = self.frames[1].q.rotate_back(-normal);
-        let [x, y] = [down.0[0], down.0[1]];
-        // A face that lies on a plane has no side that is farther than others.
-        if x.hypot(y) < 1e-3 {
-            return self.corner(corner);
+    /// Where a corner is now [m], or, of the number [`Carrier::rim`], the place of a cylinder's rim that is farthest against a `normal`. `None`
+    /// where it does not count: a cylinder rolls on its rims, and stands on its corners.
+    pub(super) fn farthest(&self, corner: u32, normal: Vec3<f64>) -> Option<Vec3<f64>> {
+        let Some(round) = self.mesh.round_side() else { return Some(self.corner(corner)) };
+        let Vec3([x, y, _]) = self.frames[1].q.rotate_back(-normal);
+        let across = x.hypot(y);
+        let end = [0, 1].into_iter().find(|&end| corner == Carrier::rim(end));
+        match end {
+            // Tilted by three degrees or less it stands.
+            None => (across <= 0.05).then(|| self.corner(corner)),
+            Some(end) => (across > 0.05).then(|| {
+                let out = Vector3::new(x, y, 0.0) * (round.radius / across);
+                self.to_world(1, &(round.ends[end as usize] + out))
+            }),
         }
-        let angle = (place.x * y - place.y * x).atan2(place.x * x + place.y * y).clamp(-round.arc, round.arc);
-        let (sin, cos) = angle.sin_cos();
-        let turned = Vector3::new(place.x * cos - place.y * sin, place.x * sin + place.y * cos, place.z);
-        self.to_world(1, &turned)
+    }
+
+    /// The number of a cylinder's rim, 0 or 1, among its corners.
+    pub(super) fn rim(end: u32) -> u32 {
+        u32::MAX - end
     }
 
     /// It, with an edge, as a body that a contact sees.

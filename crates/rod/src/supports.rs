@@ -64,7 +64,8 @@ impl Model {
 
     /// Makes a joint to an anchor a hinge about `axis` (world axes, any length but zero), at rest in the direction in which
     /// the joint was at rest. The anchor becomes the joint's body a, its d3 along the axis. Between two segments the axis is
-    /// the first one's own, whatever `axis` says. An index that is none changes nothing.
+    /// the first one's own, whatever `axis` says. Behind an axis at an angle to the rod the joint yields across as it does along. An index that is
+    /// none changes nothing.
     pub fn hinge(&mut self, joint: usize, axis: &Vector3<f64>) {
         self.laws.retain(|own| own.joint != joint);
         let Some(joint) = self.joints.get_mut(joint) else { return };
@@ -86,6 +87,10 @@ impl Model {
             anchor.orientation =
                 turn.unwrap_or(anchor.orientation * half_turn * anchor.orientation.inverse()) * anchor.orientation;
             rest = anchor.orientation.inverse() * held;
+            // The rod turns against the anchor's axes, along which the joint's compliances are: it yields along itself in any direction.
+            if axis.normalize().cross(&(held * Vector3::z())).norm() > 1e-9 {
+                (joint.shear_compliance, joint.shear_extra) = (joint.stretch_compliance, 0.0);
+            }
         }
         joint.freedom = Freedom::Hinge;
         joint.rest_frames = [UnitQuaternion::identity(), rest.inverse()];

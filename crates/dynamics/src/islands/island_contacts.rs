@@ -1,7 +1,6 @@
 //! The contacts' stage of an outer iteration of one island: line 11 of Algorithm 1 (paper, section 3) and its collision
 //! constraints.
 
-mod bounce;
 mod observe;
 mod slopes;
 
@@ -20,11 +19,11 @@ use friction::solve::ContactSolver;
 use kernels::Spatial;
 use kernels::math::Vec3;
 use kernels::parallel;
-
-use bounce::Bounce;
+use rod::Surface;
 
 use super::TooManyContacts;
 use super::assemble::{Assembly, components_of};
+use super::bounce::{Bounce, Impact};
 use super::culling;
 use super::sets::Sets;
 use super::shared::Shared;
@@ -285,6 +284,53 @@ impl IslandContacts {
         duplicates::double(world.shapes, &mut self.contacts, &mut self.holders);
         counters.contact_evaluations += self.contacts.len() as u64 - left_out;
         counters.contacts_left_out += left_out;
+    }
+
+    /// Notes the contacts that meet fast, and raises the gap that they keep, so that they part again.
+    fn find_bounces(&mut self, shared: &Shared, components: &Sets<'_>) {
+        let world = shared.detector.world(&self.search);
+        let impact = Impact { world: &world, components, dt: self.dt };
+        for contact in &mut self.contacts {
+            let Surface { restitution, .. } = shared.detector.surface(contact.key.1);
+            if restitution == 0.0 {
+                continue;
+            }
+            let speed = impact.speed(contact);
+            if speed > shared.slow * self.dt && contact.gap < speed * self.dt {
+                // An overlap that is let out must not leave at once.
+                let from = if contact.target < 0.0 { contact.target } else { contact.gap.max(0.0) };
+                contact.target = from + restitution * speed * self.dt;
+                self.bounces.push(Bounce { key: contact.key, from, gap: contact.gap, restitution, held_up: 0.0 });
+            }
+        }
+    }
+
+    /// Lets bodies part no faster than is possible without a gain of energy, from the rods' own solution of the step: forces that press bodies on
+    /// while they meet act on what leaves, and of bodies that their rods slow down on the way as much is given back as they arrive with.
+    pub(crate) fn limit_bounces(&mut self, shared: &Shared, components: &Sets<'_>) {
+        let world = shared.detector.world(&self.search);
+        let impact = Impact { world: &world, components, dt: self.dt };
+        for bounce in &mut self.bounces {
+            let Some(contact) = self.contacts.iter().find(|contact| contact.key == bounce.key) else { continue };
+            let way = contact.relative(|i| correction(components, &world.shapes[i as usize])).dot(contact.normal);
+            let arrives = (bounce.gap - contact.gap - way + impact.bend(contact)) / self.dt;
+            bounce.held_up = impact.speed(contact) - arrives;
+        }
+        self.aim_bounces(shared, components);
+    }
+
+    /// Sets the gaps of bounces for the poses as they are.
+    pub(super) fn aim_bounces(&mut self, shared: &Shared, components: &Sets<'_>) {
+        let world = shared.detector.world(&self.search);
+        let impact = Impact { world: &world, components, dt: self.dt };
+        for &Bounce { key, from, restitution, held_up, .. } in &self.bounces {
+            let found = self.contacts.iter_mut().find(|contact| contact.key == key && !contact.is_left_out);
+            let Some(contact) = found else { continue };
+            let speed = impact.speed(contact);
+            let leaves = restitution * speed.min(speed - held_up) + held_up.min(0.0);
+            let leaves = leaves.min(speed - impact.gain(contact));
+            contact.target = from + leaves.max(0.0) * self.dt + impact.bend(contact);
+        }
     }
 
     /// Finds the impulses that the contacts add in this iteration, beside the rods' own solution, and writes them to the

@@ -4,6 +4,7 @@
 //! A simulation whose model has nothing to touch builds none of this.
 
 mod assemble;
+mod bounce;
 mod culling;
 mod grouping;
 mod island_contacts;
