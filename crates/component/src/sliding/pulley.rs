@@ -59,8 +59,8 @@ pub(super) struct Track {
     /// Shares of the force [N], and the force along the rod [N].
     pub(super) press: Shares,
     pub(super) along: f64,
-    /// Averages of the gaps that the shares of the force hold [m].
-    pub(super) held: Shares,
+    /// Averages of the gaps that the shares of the force hold, and their rates [m, m/s].
+    pub(super) held: [Shares; 2],
     /// Force on the rod [N].
     pub(super) force: Vec3<f64>,
 }
@@ -202,8 +202,8 @@ pub(super) struct Pulley {
     pub(super) press: Shares,
     pub(super) along: f64,
     pub(super) change: (Shares, f64),
-    /// Averages of the gaps that the shares of the force hold [m].
-    pub(super) held: Shares,
+    /// Averages of the gaps that the shares of the force hold, and their rates [m, m/s].
+    pub(super) held: [Shares; 2],
     /// Force on the rod times dt^2.
     pub(super) force: Vec3<f64>,
     /// Where segments are, at the start of the step and now.
@@ -404,4 +404,19 @@ pub(super) fn modes_of(wrap: f64, before: usize) -> usize {
     } else {
         (exact.round() as usize).clamp(1, Shares::default().len())
     }
+}
+
+/// Gaps that shares of the force hold, and their rates, a time later [m, m/s, s]. What a rod is off the groove where a share begins to hold it, as it is drawn and where
+/// the wrapped angle grows, goes to zero as a damped spring without a jump of its rate, in some 0.1 s: a rope that is brought there at once jerks, and
+/// goes slack.
+pub(super) fn eased([gaps, rates]: [Shares; 2], time: f64) -> [Shares; 2] {
+    let per_s = 1.0 / 0.03;
+    let left = (-per_s * time).exp();
+    let (mut gap, mut rate) = (gaps, rates);
+    for mode in 0..gaps.len() {
+        let pace = rates[mode] + per_s * gaps[mode];
+        gap[mode] = (gaps[mode] + pace * time) * left;
+        rate[mode] = (rates[mode] - per_s * pace * time) * left;
+    }
+    [gap, rate]
 }

@@ -6,7 +6,7 @@ use kernels::lane::Real;
 use kernels::math::Vec3;
 use rod::{Model, OnPulley, Wheel};
 
-use super::pulley::{Groove, OnWheel, Pulley, Seat, SeatEnd, Shares, Track, modes_of, spread};
+use super::pulley::{Groove, OnWheel, Pulley, Seat, SeatEnd, Shares, Track, eased, modes_of, spread};
 use super::{Border, Slip, SlipOfPulley};
 use crate::parts::{pick_pose, vec3};
 use crate::snapshot::StateVisitor;
@@ -131,10 +131,7 @@ impl<T: Real> Component<T> {
             let track = pulley.track;
             pulley.arc = spread(track.arc);
             pulley.modes = track.modes;
-            // What a rod is off the groove where a share of the force begins to hold it, as it is drawn and where the wrapped angle grows, falls to
-            // 1/e in 0.05 s. Held at once, a rope of 314 N / strain with nodes on a circle of 0.1 m begins with a jerk of 287 N.
-            let kept = (-self.dt / 0.05).exp();
-            pulley.held = track.held.map(|held| held * kept);
+            pulley.held = eased(track.held, self.dt);
             pulley.press = track.press.map(|press| press * per_newton);
             pulley.along = track.along * per_newton;
             let mut start = std::mem::take(&mut pulley.start);
@@ -212,7 +209,7 @@ impl<T: Real> Component<T> {
             let modes = modes_of(arc[1] - arc[0], pulley.modes).min(pulley.modes + 1);
             let mut held = pulley.held;
             if modes > pulley.modes {
-                held[pulley.modes] = pulley.gap(pulley.modes);
+                (held[0][pulley.modes], held[1][pulley.modes]) = (pulley.gap(pulley.modes), 0.0);
             }
             pulley.track = Track {
                 reference: groove.first(),
@@ -258,7 +255,12 @@ impl<T: Real> Component<T> {
             visitor.count(modes);
             visitor.vector(force);
             let numbers = [angle, turned, rate, lean, along];
-            numbers.into_iter().chain(arc).chain(press).chain(held).for_each(|number| visitor.number(number));
+            numbers
+                .into_iter()
+                .chain(arc)
+                .chain(press)
+                .chain(held.iter_mut().flatten())
+                .for_each(|number| visitor.number(number));
             visitor.number(&mut pulley.sense);
             let mut sign = if let Slip::Slides(sign) = slip.now { sign } else { 0.0 };
             visitor.number(&mut sign);
@@ -281,7 +283,7 @@ impl<T: Real> Component<T> {
         let gap = |(pulley, _): &(Pulley, _)| {
             let sum: f64 = pulley.seats.iter().map(|seat| seat.weights[0]).sum();
             let length = pulley.longest * pulley.radius;
-            if sum <= 0.0 { 0.0 } else { (pulley.gap(0) - pulley.held[0]).abs() / (sum * length) }
+            if sum <= 0.0 { 0.0 } else { (pulley.gap(0) - pulley.held[0][0]).abs() / (sum * length) }
         };
         self.eyelets.pulleys.iter().map(gap).fold(0.0, f64::max)
     }
@@ -326,7 +328,7 @@ impl Component<f64> {
                     lean: 0.0,
                     press: Shares::default(),
                     along: 0.0,
-                    held: Shares::default(),
+                    held: Default::default(),
                     force: Vec3::zero(),
                 },
                 arc: [0.0; 2],
@@ -334,7 +336,7 @@ impl Component<f64> {
                 press: Shares::default(),
                 along: 0.0,
                 change: Default::default(),
-                held: Shares::default(),
+                held: Default::default(),
                 force: Vec3::zero(),
                 start: Vec::with_capacity(own.segments.len()),
                 seats: Vec::with_capacity(own.segments.len()),
@@ -387,7 +389,7 @@ impl Component<f64> {
         track.modes = modes_of(arc[1] - arc[0], 0);
         (pulley.arc, pulley.modes) = (spread(arc), track.modes);
         self.seat(pulley);
-        (0..pulley.modes).for_each(|mode| pulley.track.held[mode] = pulley.gap(mode));
+        (0..pulley.modes).for_each(|mode| pulley.track.held[0][mode] = pulley.gap(mode));
     }
 
     /// Adds to the equations how forces of pulleys change as bodies move.
@@ -450,7 +452,7 @@ impl Component<f64> {
             return;
         }
         for mode in 0..modes {
-            out.missed[mode] = pulley.held[mode] - pulley.gap(mode);
+            out.missed[mode] = pulley.held[0][mode] - pulley.gap(mode);
         }
         if unknowns == modes {
             return;
