@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::darboux::{darboux, relative_rotation};
 use crate::measure::{bend_strain, stretch_gap};
-use crate::{Freedom, Joint, Model, State};
+use crate::{Body, Freedom, Joint, Model, State};
 
 /// What a joint transmits, the viscous part of its inner damping included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,8 +56,11 @@ impl JointForce {
         if joint.freedom == Freedom::Hinge {
             return self.force.dot(&axis_b) * if joint.offset_b > 0.0 { -1.0 } else { 1.0 };
         }
-        // Of a rod and a rigid body the rod comes first, also where the body is at its start.
-        let sign = if joint.mount.is_some() && joint.offset_a < 0.0 { -1.0 } else { 1.0 };
+        // Of a rod and a rigid body the rod comes first, also where the body is at its start; of springs that differ the anchor, also at a rod's end.
+        let is_at_end = matches!((joint.a, joint.b), (Body::Anchor(_), Body::Segment(_)))
+            && joint.offset_b > 0.0
+            && joint.mount.is_none();
+        let sign = if is_at_end || joint.mount.is_some() && joint.offset_a < 0.0 { -1.0 } else { 1.0 };
         self.force.dot(&axis_a) * sign
     }
 

@@ -124,8 +124,11 @@ impl Model {
             anchor.position = turn * anchor.position + place.position;
             anchor.orientation = turn * anchor.orientation;
         }
-        for load in moved.loads.iter_mut().filter(|load| !load.follows) {
-            (load.force, load.torque) = (turn * load.force, turn * load.torque);
+        for (k, load) in moved.loads.iter_mut().enumerate().filter(|(_, load)| !load.follows) {
+            // Buoyancy follows gravity.
+            if self.lifts.iter().all(|lift| lift.load != k) {
+                (load.force, load.torque) = (turn * load.force, turn * load.torque);
+            }
         }
         moved.motions = with_motions(&self.motions, |motion| motion.moved(place));
         let turns = |change: &&mut Change| match change.of {

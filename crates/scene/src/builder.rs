@@ -1,6 +1,6 @@
 //! Rods, their names, and the joints between them: what entries of the file are built with.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -43,6 +43,8 @@ pub(crate) struct Builder {
     /// The two segments that each motor turns.
     pub(crate) motors: Vec<[usize; 2]>,
     by_name: HashMap<String, usize>,
+    /// Names of entries, also of those whose rods have names made from it.
+    entries: HashSet<String>,
 }
 
 impl Builder {
@@ -56,6 +58,7 @@ impl Builder {
             end,
             motors: Vec::new(),
             by_name: HashMap::new(),
+            entries: HashSet::new(),
         }
     }
 
@@ -87,14 +90,14 @@ impl Builder {
 
     /// `given` or `default`, if no rod has that name yet; `span` is the entry's place in the text.
     pub(crate) fn new_name(
-        &self,
+        &mut self,
         source: &Source,
         given: &Option<Spanned<String>>,
         default: String,
         span: Range<usize>,
     ) -> Result<String> {
         let name = given.as_ref().map_or(default, |name| name.get_ref().clone());
-        match self.has(&name) {
+        match self.has(&name) || !self.entries.insert(name.clone()) {
             true => source.must_be(given.as_ref().map_or(span, Spanned::span), "a name that no other rod has"),
             false => Ok(name),
         }

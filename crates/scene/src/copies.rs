@@ -27,7 +27,15 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format
         }
         Ok(())
     })?;
-    let mut segments = builder.assembly.copies(&ranges, &places).into_iter();
+    let copied = builder.assembly.copies(&ranges, &places);
+    // Motors of copies turn two rods against each other, too.
+    for motor in builder.motors.clone().into_iter().filter(|[a, _]| is_copied(*a)) {
+        let place = |segment: usize| ranges.iter().position(|range| range.contains(&segment)).unwrap_or_default();
+        for copy in copied.chunks(ranges.len()) {
+            builder.motors.push(motor.map(|i| copy[place(i)].start + i - ranges[place(i)].start));
+        }
+    }
+    let mut segments = copied.into_iter();
     for copy in 1..=places.len() {
         let first = builder.rods.len();
         for (&original, segments) in originals.iter().zip(&mut segments) {

@@ -139,7 +139,12 @@ impl Grips {
         let bodies = self.named(builder, source, entry.span(), (&own.at, &own.segment), closed)?;
         self.shape(builder, source, entry)?;
         let times = times(source, &own.from_s, &own.until_s)?;
+        let always = "another entry, `clamp` or `fixed_segments` holds this place already";
+        let is_held = |face: &Face| face.is_held && bodies.contains(&Body::Anchor(face.anchor));
         if times != ALWAYS {
+            if self.faces.iter().any(is_held) {
+                return source.wrong(entry.span(), always);
+            }
             for body in bodies {
                 let motion = Arc::new(rod::Motion::resting(&pose(builder, body)));
                 let driven = Driven { moves_along: true, ..Driven::new(body, motion) };
@@ -149,8 +154,9 @@ impl Grips {
         }
         let is_same = |face: &&mut Face| bodies.contains(&Body::Anchor(face.anchor));
         let was_held = self.faces.iter_mut().find(is_same).map(|face| std::mem::replace(&mut face.is_held, true));
-        if was_held == Some(true) || bodies.iter().any(|body| self.clamped.contains(body)) {
-            return source.wrong(entry.span(), "another entry, `clamp` or `fixed_segments` holds this place already");
+        let is_known = |body: &Body| self.clamped.contains(body) || self.owners.iter().any(|other| other.body == *body);
+        if was_held == Some(true) || bodies.iter().any(is_known) {
+            return source.wrong(entry.span(), always);
         }
         self.close(builder, &bodies);
         self.clamped.extend(bodies.into_iter().filter(|body| matches!(body, Body::Segment(_))));
@@ -322,7 +328,8 @@ fn stiffness(
     [two, three]: [&str; 2],
 ) -> Result<[f64; 3]> {
     let Some(list) = list else { return Ok([f64::INFINITY; 3]) };
-    let positive = |value: &format::Number| source.number(value, |v| v > 1e-9, "> 1e-9, or inf");
+    let is_known = |v: f64| v > 1e-9 && (v <= 1e30 || v.is_infinite());
+    let positive = |value: &format::Number| source.number(value, is_known, "> 1e-9 and at most 1e30, or inf");
     match list.get_ref().as_slice() {
         [across, along] => Ok([positive(across)?, positive(across)?, positive(along)?]),
         [_, _, _] if hold == Hold::Hinge => {

@@ -13,7 +13,7 @@ use crate::motion::{ascending, interpolation, made, one_a_time};
 /// that turn with their segments.
 pub(crate) fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Motor>) -> Result<()> {
     let format::Motor { torque_n_m, times_s, torques_n_m, interpolation: between, repeats } = entry.get_ref();
-    let number = |value: &format::Number| source.number(value, |_| true, "finite [N m]");
+    let number = |value: &format::Number| source.finite(value, "N m");
     let (first, course) = match (torque_n_m, times_s, torques_n_m) {
         (Some(torque), None, None) => match between {
             Some(between) => return source.wrong(between.span(), "goes with `times_s`"),

@@ -7,6 +7,7 @@ use toml::Spanned;
 use crate::builder::{Builder, Spot};
 use crate::error::{Result, Source};
 use crate::format;
+use crate::measures::length;
 use crate::motion::{Prepared, ascending, one_a_time};
 use crate::probe::add_named;
 use crate::shape::number_or;
@@ -32,7 +33,7 @@ fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format::Pulley>, 
     }
     let middle = source.vector(&own.centre_m, "m")?;
     let axis = Unit::new_normalize(source.direction(&own.axis)?);
-    let radius = source.positive(&own.radius_m, "m")?;
+    let radius = length(source, &own.radius_m)?;
     let wheel = wheel(source, own)?;
     check_fit(builder, source, entry, (segments.clone(), middle, axis, radius))?;
     let mut pulley = Pulley { segments, holder: Body::Anchor(0), centre: Vector3::zeros(), axis, radius, wheel };

@@ -36,7 +36,11 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, index: usize, entry: &
         (Some(strands), Some(_)) => return source.wrong(strands.count.span(), "give either `strands` or `heap`"),
     };
     for (k, nodes) in copies.into_iter().enumerate() {
-        build(builder, source, entry, format!("{name}/{k}"), &RodSpec { nodes, ..spec.clone() }, None, &motions)?;
+        let own = format!("{name}/{k}");
+        if builder.has(&own) {
+            return source.wrong(entry.span(), &format!("one of its rods is called `{own}`, as another rod is"));
+        }
+        build(builder, source, entry, own, &RodSpec { nodes, ..spec.clone() }, None, &motions)?;
     }
     Ok(())
 }

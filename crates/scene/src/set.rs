@@ -140,7 +140,10 @@ fn entry(part: &Part, names: &[Option<&str>], at: &str) -> Result<usize, String>
         Part::Index(index) => Some(*index),
         Part::Key(key) => {
             // The nameless one is called rod-0, body-0 and so on elsewhere, too.
-            let number = key.rsplit_once('-').and_then(|(_, number)| number.parse().ok());
+            let list = at.rsplit('.').next().unwrap_or(at);
+            let kind = if list == "bodies" { "body" } else { list.strip_suffix('s').unwrap_or(list) };
+            let number =
+                key.rsplit_once('-').filter(|(own, _)| *own == kind).and_then(|(_, number)| number.parse().ok());
             let is_nameless = |index: &usize| names.get(*index).is_some_and(Option::is_none);
             let by_name = names.iter().position(|name| *name == Some(key.as_str()));
             by_name.or(number.filter(is_nameless)).or_else(|| key.parse().ok())

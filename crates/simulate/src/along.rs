@@ -84,7 +84,7 @@ fn values(model: &Model, time: f64) -> Vec<(String, f64)> {
 
 /// Follows the scene's equilibria, writes what was asked for, and prints a report.
 pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
-    let scene = begun(&args.rest)?;
+    let (scene, held) = begun(&args.rest)?;
     let mut files = AtRest::open(args, &scene, scene.run.dt, Some(PATH)).context("--out")?;
     let until = scene.run.dt * scene.run.steps as f64;
     let params = PathParams { rest: params(args), ..PathParams::until(until) };
@@ -122,7 +122,7 @@ pub(crate) fn follow(args: &StaticArgs) -> Result<Outcome> {
         values: values(&scene.model, event.time).into_iter().map(|(name, x)| (name, x.into())).collect(),
     };
     let report = Report {
-        sought: Sought::new(&scene, matches!(found.end, PathEnd::Until | PathEnd::Start), found.solves, begin),
+        sought: Sought::new((&scene, held), matches!(found.end, PathEnd::Until | PathEnd::Start), found.solves, begin),
         end: match found.end {
             PathEnd::Until => "until",
             PathEnd::Start => "start",

@@ -13,6 +13,7 @@ use terminal::Progress;
 use view::{Frame, Recorder};
 
 use crate::cli::StaticArgs;
+use crate::curves::names;
 use crate::files::{Files, Wanted, Written, write_player};
 use crate::plots;
 use crate::sample::{Sample, length};
@@ -52,7 +53,12 @@ impl<'a> AtRest<'a> {
     ) -> Result<Option<Self>> {
         let Some(wanted) = args.wanted(scene, table) else { return Ok(None) };
         let title = format!("{}, at rest", scene.name);
-        let player = wanted.view.then(|| Recorder::new(&title, dt, &scene.model));
+        let player = wanted.view.then(|| {
+            let mut player = Recorder::new(&title, dt, &scene.model);
+            let (rods, obstacles) = names(scene);
+            player.name(rods, obstacles);
+            player
+        });
         let samples = (!wanted.plots.is_empty()).then(Vec::new);
         let joints = if wanted.keeps_forces() { scene.model.joints.len() } else { 0 };
         let keeps_contacts = wanted.keeps_contacts(scene);

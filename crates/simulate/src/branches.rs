@@ -35,7 +35,8 @@ struct Line {
 
 /// Looks for equilibria, writes what was asked for (the start, then each of them), and prints a report.
 pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
-    let scene = still(begun(&args.rest)?);
+    let (scene, held) = begun(&args.rest)?;
+    let scene = still(scene);
     let progress = Progress::new(1, "equilibria", true)?;
     let mut files = AtRest::open(args, &scene, 1.0, None).context("--out")?;
     let asked = BranchParams { rest: params(args), ..BranchParams::default() };
@@ -48,7 +49,7 @@ pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
         neutral,
     };
     let report = Report {
-        sought: Sought::new(&scene, !found.branches.is_empty(), found.solves, begin),
+        sought: Sought::new((&scene, held), !found.branches.is_empty(), found.solves, begin),
         branches: found.branches.iter().map(line).collect(),
         stands_at_s: 0.0,
         energy_scale_j: energy_scale(&scene.model, &scene.state),

@@ -298,7 +298,8 @@ impl RunArgs {
     /// Whether anything but the trajectory is asked for by its kind.
     fn asks_for_more(&self) -> bool {
         let Self { view, plot, contact_forces, envelope, .. } = *self;
-        view || plot || contact_forces || envelope || self.wants_snapshot() || !self.export.is_empty()
+        let more = self.wants_snapshot() || self.replay.is_some() || !self.export.is_empty();
+        view || plot || contact_forces || envelope || more
     }
 
     /// Whether a snapshot of the end is wanted.

@@ -118,6 +118,7 @@ pub(crate) fn hash(model: &Model) -> String {
     let is_first = |of: &Changing| changing.contains(of);
     if is_first(&Changing::Gravity) {
         bare.gravity.fill(0.0);
+        bare.lifts.iter().for_each(|lift| bare.loads[lift.load].force.fill(0.0));
     }
     for (i, load) in bare.loads.iter_mut().enumerate() {
         if is_first(&Changing::Force(i)) {

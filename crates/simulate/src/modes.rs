@@ -64,7 +64,7 @@ impl Line {
 
 /// Finds the modes, writes what was asked for, and prints a table.
 pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
-    let mut scene = begun(&args.rest)?;
+    let (mut scene, held) = begun(&args.rest)?;
     let params = StaticParams { leave_unstable: !args.rest.keep_unstable, ..StaticParams::default() };
     let begin = Instant::now();
     let (progress, mut shown) = (Progress::with_lines(args.count, "modes", args.rest.json)?, 0);
@@ -83,7 +83,7 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
         residual: mode.residual,
     };
     let report = Report {
-        sought: Sought::new(&scene, found.equilibrium.converged, found.equilibrium.steps, begin),
+        sought: Sought::new((&scene, held), found.equilibrium.converged, found.equilibrium.steps, begin),
         in_air: scene.model.air.is_some(),
         stable: found.equilibrium.stable,
         stands_at_s: 0.0,

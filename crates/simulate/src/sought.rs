@@ -11,6 +11,7 @@ use terminal::say;
 use crate::chosen::chosen;
 use crate::cli::{RestArgs, StaticArgs};
 use crate::files::Written;
+use crate::held::Hold;
 use crate::scenes;
 
 /// The scene that is looked at where none is named.
@@ -26,22 +27,30 @@ pub(crate) struct Sought {
     /// Linear solves, over all connected sets.
     pub(crate) linear_solves: usize,
     pub(crate) wall_s: f64,
+    /// What is held otherwise than the scene says.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    held: Vec<Hold>,
 }
 
 impl Sought {
-    /// That of a search that began at this time.
-    pub(crate) fn new(scene: &Scene, converged: bool, linear_solves: usize, begin: Instant) -> Self {
+    /// That of a search that began at this time, with what is `held` otherwise than the scene says.
+    pub(crate) fn new(
+        (scene, held): (&Scene, Vec<Hold>),
+        converged: bool,
+        linear_solves: usize,
+        begin: Instant,
+    ) -> Self {
         let wall_s = begin.elapsed().as_secs_f64();
-        Self { scene: scene.name.clone(), segments: scene.state.len(), converged, linear_solves, wall_s }
+        Self { scene: scene.name.clone(), segments: scene.state.len(), converged, linear_solves, wall_s, held }
     }
 }
 
-/// The scene whose equilibrium is looked for, with the state in which the search begins.
-pub(crate) fn begun(args: &RestArgs) -> Result<Scene> {
+/// The scene whose equilibrium is looked for, with the state in which the search begins, and what is held otherwise than it says.
+pub(crate) fn begun(args: &RestArgs) -> Result<(Scene, Vec<Hold>)> {
     let from = args.begin.from.as_ref().map(|origin| origin.folder.clone());
     let mut scene = chosen(args.scene.as_deref(), from, FIRST, &args.of)?;
-    scenes::begin_with_frame(&mut scene, &args.begin)?;
-    Ok(scene)
+    let held = scenes::begin_with_frame(&mut scene, &args.begin)?;
+    Ok((scene, held))
 }
 
 /// A scene in which nothing is driven and nothing changes from time 0 on.

@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result, anyhow};
+use cosserat::scene::Scene;
 use cosserat::simulation::{ContactForce, Touched};
 use cosserat::state::measure;
-use cosserat::statics::equilibrium;
+use cosserat::statics::{StaticError, equilibrium};
 use serde::Serialize;
 use terminal::{Progress, say};
 
 use crate::at_rest::AtRest;
 use crate::cli::StaticArgs;
+use crate::held::place;
 use crate::inelastic::Inelastic;
 use crate::learned_start::{self, Begin};
 use crate::numbers::{energy_scale, number, share, unless_noise};
@@ -84,7 +86,7 @@ pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
 /// Relaxes the scene, writes what was asked for (the start and the equilibrium as two frames), and prints a report.
 fn relax(args: &StaticArgs) -> Result<Outcome> {
     args.start.check()?;
-    let scene = begun(&args.rest)?;
+    let (scene, held) = begun(&args.rest)?;
     // What is driven and changes stays as it is at time 0; the equilibrium is the frame at time 1.
     let scene = still(scene);
     let progress = Progress::new(1, "equilibria", true)?;
@@ -95,7 +97,9 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
     let is_free = !args.rest.keep_unstable && !scenes::begins_with_frame(&scene, &args.rest.begin);
     let is_learned = args.start == Begin::Learned && is_free;
     let proposed = if is_learned { learned_start::propose(&scene.model, &mut state) } else { None };
-    let found = equilibrium(&scene.model, &mut state, &params).with_context(|| scene.name.clone())?;
+    let found = equilibrium(&scene.model, &mut state, &params)
+        .map_err(|error| named(&scene, error))
+        .with_context(|| scene.name.clone())?;
     let tip = |segments: &std::ops::Range<usize>| {
         let last = segments.end - 1;
         (state.positions[last] + state.axis(last) * (0.5 * scene.model.segments[last].length)).into()
@@ -112,7 +116,7 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
     let obstacles = &scene.model.contacts.obstacles;
     let in_loops = found.loops > 0 && scene.model.air.is_some();
     let report = Report {
-        sought: Sought::new(&scene, found.converged, found.steps, begin),
+        sought: Sought::new((&scene, held), found.converged, found.steps, begin),
         learned_start_solves: proposed,
         wind_loops: in_loops.then_some(found.loops),
         most_solves_in_loop: in_loops.then_some(found.most_in_loop),
@@ -141,6 +145,17 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
     }
     tell(&report, args.rest.json, closed, print)?;
     Ok(if found.converged { Outcome::Done } else { Outcome::NotConverged })
+}
+
+/// Why there is no equilibrium, with the places of a joint that breaks.
+fn named(scene: &Scene, error: StaticError) -> Error {
+    let StaticError::Breaks { joint, of, load, most, unit } = error else { return error.into() };
+    let joint = &scene.model.joints[joint];
+    let [a, b] = [joint.a, joint.b].map(|body| place(scene, body));
+    let [load, most] = [load, most].map(number);
+    anyhow!(
+        "the joint between {a} and {b} breaks: in equilibrium it would bear {of} of {load} {unit}, and it bears {most} {unit}"
+    )
 }
 
 fn print(report: &Report) -> Result<()> {

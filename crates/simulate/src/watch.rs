@@ -11,7 +11,7 @@ use serde::Serialize;
 /// What one column of a probe reads over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Extremes {
-    /// At the end of the last step.
+    /// At the end of the last step; NaN where there is nothing to read then.
     end: f64,
     min: f64,
     min_time_s: f64,
@@ -138,8 +138,12 @@ impl<'a> Watch<'a> {
             probe.read(&Reading { model, time, state, forces, reactions: &reactions }, &mut values);
             let columns = probe.quantities.iter().flat_map(|quantity| quantity.columns());
             let found = self.found.entry(probe.name.clone()).or_default();
-            for (&column, &value) in columns.zip(&values).filter(|(_, value)| value.is_finite()) {
-                Extremes::take(found, column, value, time);
+            for (&column, &value) in columns.zip(&values) {
+                if value.is_finite() {
+                    Extremes::take(found, column, value, time);
+                } else if let Some(own) = found.get_mut(column) {
+                    own.end = f64::NAN;
+                }
             }
         }
         if self.reads_reactions {

@@ -128,13 +128,21 @@ impl Contacts {
             if component.system.topology.fixed[body] {
                 continue;
             }
-            // Where two segments meet, one end stands for both, unless the joint gives way across.
+            // Where two segments meet end to end, the end of the first one stands for both if it is as thick, unless the joint gives way across.
+            let is_end = |offset: f64, half: f64| (offset.abs() - half).abs() <= 1e-6 * half;
             let goes_on = model.joints.iter().zip(0..).any(|(joint, k)| {
+                let rod::Body::Segment(other) = joint.a else { return false };
+                let ends_there = |(other_half, other_radius): (f64, f64)| {
+                    other_radius >= radius && is_end(joint.offset_a, other_half)
+                };
                 members.joints.binary_search(&k).is_ok()
                     && joint.b == rod::Body::Segment(index)
-                    && matches!(joint.a, rod::Body::Segment(_))
                     && joint.offset_b < 0.0
+                    && is_end(joint.offset_b, half)
+                    && joint.mount.is_none()
+                    && joint.freedom != rod::Freedom::Broken
                     && joint.shear_compliance <= rod::Joint::RIGID
+                    && model.segments[other].capsule().is_some_and(ends_there)
             });
             for (obstacle, shape) in obstacles.iter().enumerate() {
                 let of_plane = [(!goes_on).then_some(-half), Some(half)];

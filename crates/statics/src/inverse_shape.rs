@@ -5,7 +5,7 @@
 //! Bertails-Descoubes, Daviet and Thollot 2013, for curves; here for trees, with stretch and shear).
 
 use nalgebra::Vector3;
-use rod::{Body, Freedom, Model, State, measure};
+use rod::{Body, Changing, Freedom, Model, State, measure};
 use thiserror::Error;
 
 /// Why there is no rest shape.
@@ -80,6 +80,9 @@ pub fn rest_shape(model: &mut Model, state: &mut State) -> Result<(), RestShapeE
     }
     if super::is_windy(model) {
         return Err(RestShapeError::Unknown("wind"));
+    }
+    if model.changes.iter().any(|change| matches!(change.of, Changing::Rest(_))) {
+        return Err(RestShapeError::Unknown("rest shapes that change"));
     }
     let links = links(model)?;
     let forces = forces(model, &links);

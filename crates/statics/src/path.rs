@@ -159,7 +159,8 @@ pub fn path(
         return Ok(report);
     }
     let mut tracer = Tracer::new(component, elimination, params);
-    let mut teller = Teller { model, state, members, each, length: 0.0 };
+    let forces = report.start.forces.clone();
+    let mut teller = Teller { state, members, each, length: 0.0, forces };
     follow(&mut tracer, &Course::new(model, params.until), params, &mut teller, &mut report);
     report.solves += tracer.solves;
     Ok(report)
@@ -167,11 +168,12 @@ pub fn path(
 
 /// Tells of the equilibria that are found.
 struct Teller<'a> {
-    model: &'a Model,
     state: &'a mut State,
     members: Members,
     each: &'a mut dyn FnMut(&PathPoint, &State, &[JointForce]) -> bool,
     length: f64,
+    /// What joints transmit; those of sets that do not change as at the start.
+    forces: Vec<JointForce>,
 }
 
 impl Teller<'_> {
@@ -182,11 +184,10 @@ impl Teller<'_> {
         tracer.balance.component.store_state(self.state, &self.members, 0);
         self.state.velocities.fill(nalgebra::Vector3::zeros());
         self.state.angular_velocities.fill(nalgebra::Vector3::zeros());
-        let mut forces = vec![JointForce::default(); self.model.joints.len()];
-        tracer.balance.component.store_joint_forces(&mut forces, &self.members, 0);
+        tracer.balance.component.store_joint_forces(&mut self.forces, &self.members, 0);
         let point = PathPoint { time: found.place.time, length: self.length, unstable: found.unstable };
         report.points += 1;
-        let goes_on = (self.each)(&point, self.state, &forces);
+        let goes_on = (self.each)(&point, self.state, &self.forces);
         if !goes_on {
             report.end = PathEnd::Stopped;
         }

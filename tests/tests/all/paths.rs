@@ -346,3 +346,27 @@ fn a_strut_between_hinges_buckles_at_eulers_load() {
     assert_eq!(report.events[0].kind, PathEventKind::Bifurcation);
     assert!((load / theory - 1.0).abs() < 2e-3, "{load} N");
 }
+
+/// Of a rod that nothing changes, joints bear all along what they bear at the start.
+#[test]
+fn rods_that_stand_still_beside_a_path_keep_their_forces() {
+    let rod = |more: &str| {
+        format!(
+            "[[rods]]\nradius_m = 0.01\nyoungs_modulus_pa = 4e8\ndensity_kg_m3 = 1000\nclamp = [\"start-face\"]\n{more}\n"
+        )
+    };
+    let text = [
+        rod("shape.straight = { length_m = 1, segments = 10 }\n\
+             loads = [{ at = \"end-face\", times_s = [0, 1], forces_n = [[0, 0, 0], [0, 0, 1]] }]"),
+        rod("shape.straight = { start_m = [0, 1, 0], length_m = 1, segments = 10 }"),
+    ];
+    let scene = scene::parse(&text.concat(), "two.toml").unwrap();
+    let still = scene.model.joints.iter().position(|joint| [joint.a, joint.b].contains(&Body::Anchor(1))).unwrap();
+    let mut each = |_: &PathPoint, _: &State, forces: &[JointForce]| {
+        let weight = PI * 1e-4 * 1000.0 * 9.81;
+        assert!((forces[still].force.norm() / weight - 1.0).abs() < 1e-6, "{:?}", forces[still]);
+        true
+    };
+    let report = path(&scene.model, &mut scene.state.clone(), &PathParams::until(1.0), &mut each).unwrap();
+    assert_eq!(report.end, PathEnd::Until);
+}

@@ -3,6 +3,7 @@
 use acceptance::Beam;
 use cosserat::assembly::{Assembly, Obstacle, ObstacleShape, Surface};
 use cosserat::internals::collision::closest;
+use cosserat::scene;
 use cosserat::state::{Model, State};
 use cosserat::statics::{StaticError, StaticParams, StaticReport, equilibrium};
 use nalgebra::{Unit, Vector3};
@@ -126,4 +127,43 @@ fn contacts_that_are_not_known_are_refused() {
     model.contacts.obstacles.push(obstacle(ObstacleShape::Cylinder { start, end, radius: 0.1 }));
     let error = equilibrium(&model, &mut state, &StaticParams::default()).unwrap_err();
     assert!(matches!(error, StaticError::UnknownContacts(what) if what.contains("cylinders")), "{error}");
+}
+
+/// What is joined to a thinner beam's end touches by itself: a thick branch, and a body.
+#[test]
+fn what_is_thicker_than_its_beam_rests_on_the_ground_itself() {
+    let scene = |rest: &str| {
+        let text = format!(
+            "obstacles = [{{ shape.plane = {{ point_m = [0, 0, -0.055] }} }}]\n[[rods]]\nname = \"beam\"\nradius_m = 0.005\n\
+             youngs_modulus_pa = 1e9\ndensity_kg_m3 = 1000\nclamp = [\"start-face\"]\nshape.straight = {{ length_m = 1, segments = 20 }}\n{rest}"
+        );
+        scene::parse(&text, "beam.toml").unwrap()
+    };
+    let branch = "[[rods]]\nradius_m = 0.05\nyoungs_modulus_pa = 1e8\ndensity_kg_m3 = 300\nbranch_of = { rod = \"beam\" }\n\
+                  shape.straight = { direction = [0, 0, 1], length_m = 0.3, segments = 3 }";
+    let body = "[[bodies]]\nname = \"weight\"\nshape.capsule = { radius_m = 0.05, length_m = 0.1 }\nmass_kg = 0.6\n\
+                position_m = [1.0, 0, 0.05]\n[[joins]]\na = { rod = \"beam\" }\nb = { body = \"weight\", at_m = [0, 0, -0.05] }";
+    for rest in [branch, body] {
+        let scene = scene(rest);
+        let (end, _) = found(&scene.model, &scene.state);
+        for (i, segment) in scene.model.segments.iter().enumerate().skip(20) {
+            let (half, radius) = segment.capsule().unwrap();
+            let low = end.positions[i].z - half * end.axis(i).z.abs() - radius;
+            assert!(low > -0.055 - 1e-4, "{rest}: {low}");
+        }
+    }
+}
+
+/// Between ball joints a rod may spin about itself: an equilibrium all the same.
+#[test]
+fn a_rod_that_may_spin_rests_on_a_slope() {
+    let text = "obstacles = [{ shape.plane = { point_m = [0, 0, -0.4], normal = [0, -0.3, 1] } }]\n[[rods]]\nradius_m = 0.01\n\
+                youngs_modulus_pa = 1e5\ndensity_kg_m3 = 1000\nshape.hung = { to_m = [2, 0, 0], length_m = 2.4, segments = 20 }\n\
+                grips = [{ at = \"start-face\", joint = \"ball\" }, { at = \"end-face\", joint = \"ball\" }]";
+    let scene = scene::parse(text, "slope.toml").unwrap();
+    let mut end = scene.state.clone();
+    let report = equilibrium(&scene.model, &mut end, &StaticParams::default()).unwrap();
+    assert!(report.converged, "{report:?}");
+    let energy = cosserat::state::measure::energy(&scene.model, &end).total();
+    assert!((energy + 2.4597).abs() < 1e-3, "{energy} J");
 }

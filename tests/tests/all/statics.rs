@@ -7,10 +7,10 @@ use std::f64::consts::{PI, TAU};
 use acceptance::reference::KirchhoffRod;
 use acceptance::{Beam, assert_order, end_of, relaxed};
 use cosserat::assembly::{Assembly, Load, Material, RestShape, RodSpec, Stretch, shape};
-use cosserat::scene;
+use cosserat::scene::{self, Scene};
 use cosserat::simulation::{Formulation, Settings, Simulation};
-use cosserat::state::{JointForce, Model, State, measure};
-use cosserat::statics::{StaticParams, equilibrium};
+use cosserat::state::{Body, JointForce, Model, State, measure};
+use cosserat::statics::{StaticMethod, StaticParams, equilibrium};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -1.0);
@@ -380,4 +380,42 @@ fn a_slack_line_that_starts_below_the_floor_comes_to_rest_on_it() {
     let weight: f64 = scene.model.segments.iter().map(|segment| segment.mass() * 9.81).sum();
     let borne: f64 = report.contacts.iter().map(|contact| contact.force.z).sum();
     assert!(borne > 0.1 * weight && borne < weight, "{borne} of {weight} N");
+}
+
+/// The pull at a grip on springs is the same whether these differ or not.
+#[test]
+fn springs_that_differ_tell_the_pull_of_their_rod() {
+    for ends in ["start", "end"] {
+        let pulls = ["1e4, 1e4", "1e4, 2e4"].map(|stiffness| {
+            let text = format!(
+                "[[rods]]\nradius_m = 0.01\nyoungs_modulus_pa = 4e7\ndensity_kg_m3 = 1000\n\
+                 shape.straight = {{ direction = [0, 0, {}], length_m = 1, segments = 10 }}\n\
+                 grips = [{{ at = \"{ends}-face\", stiffness_n_m = [{stiffness}] }}]",
+                if ends == "start" { -1 } else { 1 }
+            );
+            let Scene { model, mut state, .. } = scene::parse(&text, "cable.toml").unwrap();
+            let report = equilibrium(&model, &mut state, &StaticParams::default()).unwrap();
+            assert!(report.converged);
+            let held =
+                |joint: &&cosserat::state::Joint| [joint.a, joint.b].iter().any(|body| matches!(body, Body::Anchor(_)));
+            let (k, joint) = model.joints.iter().enumerate().find(|(_, joint)| held(joint)).unwrap();
+            report.forces[k].tension(&model, &state, joint)
+        });
+        let weight = PI * 1e-4 * 1000.0 * 9.81;
+        assert!(pulls.iter().all(|pull| (pull / weight - 1.0).abs() < 1e-6), "{ends}: {pulls:?} N, {weight} N");
+    }
+}
+
+/// A rod that nothing but the wind bends.
+#[test]
+fn wind_alone_bends_a_rod() {
+    let text = "gravity_m_s2 = [0, 0, 0]\nair.wind = { velocity_m_s = [0, 3, 0] }\n[[rods]]\nradius_m = 0.01\nclamp = [\"start-face\"]\n\
+                shape.straight = { length_m = 1, segments = 20 }";
+    let Scene { model, state, .. } = scene::parse(text, "wind.toml").unwrap();
+    let tips = [StaticMethod::Newton, StaticMethod::Flow].map(|method| {
+        let mut end = state.clone();
+        assert!(equilibrium(&model, &mut end, &StaticParams { method, ..StaticParams::default() }).unwrap().converged);
+        end_of(&model, &end, 19)
+    });
+    assert!(tips[0].y > 0.5 && (tips[0] - tips[1]).norm() < 1e-3, "{tips:?}");
 }
