@@ -160,7 +160,7 @@ pub fn path(
     }
     let mut tracer = Tracer::new(component, elimination, params);
     let forces = report.start.forces.clone();
-    let mut teller = Teller { state, members, each, length: 0.0, forces };
+    let mut teller = Teller { model, state, members, each, length: 0.0, forces };
     follow(&mut tracer, &Course::new(model, params.until), params, &mut teller, &mut report);
     report.solves += tracer.solves;
     Ok(report)
@@ -168,6 +168,7 @@ pub fn path(
 
 /// Tells of the equilibria that are found.
 struct Teller<'a> {
+    model: &'a Model,
     state: &'a mut State,
     members: Members,
     each: &'a mut dyn FnMut(&PathPoint, &State, &[JointForce]) -> bool,
