@@ -140,7 +140,7 @@ fn what_is_thicker_than_its_beam_rests_on_the_ground_itself() {
         scene::parse(&text, "beam.toml").unwrap()
     };
     let branch = "[[rods]]\nradius_m = 0.05\nyoungs_modulus_pa = 1e8\ndensity_kg_m3 = 300\nbranch_of = { rod = \"beam\" }\n\
-                  shape.straight = { direction = [0, 0, 1], length_m = 0.3, segments = 3 }";
+                  shape.straight = { direction = [1, 0, 0], length_m = 0.3, segments = 3 }";
     let body = "[[bodies]]\nname = \"weight\"\nshape.capsule = { radius_m = 0.05, length_m = 0.1 }\nmass_kg = 0.6\n\
                 position_m = [1.0, 0, 0.05]\n[[joins]]\na = { rod = \"beam\" }\nb = { body = \"weight\", at_m = [0, 0, -0.05] }";
     for rest in [branch, body] {

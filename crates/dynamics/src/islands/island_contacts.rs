@@ -329,7 +329,8 @@ impl IslandContacts {
             let speed = impact.speed(contact);
             let leaves = restitution * speed.min(speed - held_up) + held_up.min(0.0);
             let leaves = leaves.min(speed - impact.gain(contact));
-            contact.target = from + leaves.max(0.0) * self.dt + impact.bend(contact);
+            // No deeper than without it.
+            contact.target = (from + leaves.max(0.0) * self.dt + impact.bend(contact)).max(from.min(0.0));
         }
     }
 
