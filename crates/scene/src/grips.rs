@@ -328,8 +328,10 @@ fn stiffness(
     [two, three]: [&str; 2],
 ) -> Result<[f64; 3]> {
     let Some(list) = list else { return Ok([f64::INFINITY; 3]) };
-    let is_known = |v: f64| v > 1e-9 && (v <= 1e30 || v.is_infinite());
-    let positive = |value: &format::Number| source.number(value, is_known, "> 1e-9 and at most 1e30, or inf");
+    let positive = |value: &format::Number| {
+        source.number(value, |v| v > 1e-9, "> 1e-9, or inf")?;
+        source.number(value, |v| v <= 1e30 || v.is_infinite(), "at most 1e30, or inf")
+    };
     match list.get_ref().as_slice() {
         [across, along] => Ok([positive(across)?, positive(across)?, positive(along)?]),
         [_, _, _] if hold == Hold::Hinge => {
