@@ -135,7 +135,7 @@ fn what_is_thicker_than_its_beam_rests_on_the_ground_itself() {
     let scene = |rest: &str| {
         let text = format!(
             "obstacles = [{{ shape.plane = {{ point_m = [0, 0, -0.055] }} }}]\n[[rods]]\nname = \"beam\"\nradius_m = 0.005\n\
-             youngs_modulus_pa = 1e9\ndensity_kg_m3 = 1000\nclamp = [\"start-face\"]\nshape.straight = {{ length_m = 1, segments = 20 }}\n{rest}"
+             youngs_modulus_pa = 3.9e10\ndensity_kg_m3 = 1000\nclamp = [\"start-face\"]\nshape.straight = {{ length_m = 1, segments = 20 }}\n{rest}"
         );
         scene::parse(&text, "beam.toml").unwrap()
     };
