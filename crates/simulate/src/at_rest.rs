@@ -13,7 +13,7 @@ use terminal::Progress;
 use view::{Frame, Recorder};
 
 use crate::cli::StaticArgs;
-use crate::curves::names;
+use crate::curves::recorder;
 use crate::files::{Files, Wanted, Written, write_player};
 use crate::plots;
 use crate::sample::{Sample, length};
@@ -53,12 +53,7 @@ impl<'a> AtRest<'a> {
     ) -> Result<Option<Self>> {
         let Some(wanted) = args.wanted(scene, table) else { return Ok(None) };
         let title = format!("{}, at rest", scene.name);
-        let player = wanted.view.then(|| {
-            let mut player = Recorder::new(&title, dt, &scene.model);
-            let (rods, obstacles) = names(scene);
-            player.name(rods, obstacles);
-            player
-        });
+        let player = wanted.view.then(|| recorder(&title, dt, scene, &scene.model));
         let samples = (!wanted.plots.is_empty()).then(Vec::new);
         let joints = if wanted.keeps_forces() { scene.model.joints.len() } else { 0 };
         let keeps_contacts = wanted.keeps_contacts(scene);

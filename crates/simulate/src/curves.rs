@@ -196,6 +196,14 @@ fn name(scene: &Scene, model: &Model, body: Body) -> Option<String> {
     Some(format!("{rod}, {place}"))
 }
 
+/// A player's run of a scene, or of the part of its model that is `drawn`, with its names; `dt` is the time between frames [s].
+pub(crate) fn recorder(title: &str, dt: f64, scene: &Scene, drawn: &Model) -> Recorder {
+    let mut player = Recorder::new(title, dt, drawn);
+    let (rods, obstacles) = names(scene);
+    player.name(rods, obstacles);
+    player
+}
+
 /// Names of what the player shows: rods and bodies by their numbers, obstacles in their order.
 pub(crate) fn names(scene: &Scene) -> (Vec<String>, Vec<String>) {
     (scene.rods.iter().map(|rod| rod.name.clone()).collect(), scene.obstacles.clone())

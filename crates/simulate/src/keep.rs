@@ -74,12 +74,7 @@ impl<'a> Keep<'a> {
         let keeps_contacts = wanted.keeps_contacts(scene);
         let part = wanted.part(model);
         let drawn = part.as_ref().map_or(model, |part| &part.model);
-        let player = view.then(|| {
-            let mut player = Recorder::new(label, run.dt, drawn);
-            let (rods, obstacles) = curves::names(scene);
-            player.name(rods, obstacles);
-            player
-        });
+        let player = view.then(|| curves::recorder(label, run.dt, scene, drawn));
         let curves = view.then(|| Curves::new(scene, model, part.as_ref())).filter(|curves| !curves.is_empty());
         let mut keep = Self {
             files: Files::open(wanted, scene, run.dt, joints(keeps_forces), time)?,

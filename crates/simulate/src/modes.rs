@@ -14,7 +14,7 @@ use terminal::{Progress, say};
 use view::{Frame, Recorder};
 
 use crate::cli::ModesArgs;
-use crate::curves::names;
+use crate::curves::recorder;
 use crate::files::{Files, MODES, write_player};
 use crate::numbers::number;
 use crate::outcome::Outcome;
@@ -138,9 +138,7 @@ fn write_table(path: &Path, modes: &[Line]) -> Result<()> {
 
 /// A player's run that has the equilibrium.
 fn player(scene: &Scene, dt: f64) -> Recorder {
-    let mut player = Recorder::new(&format!("{}, modes", scene.name), dt, &scene.model);
-    let (rods, obstacles) = names(scene);
-    player.name(rods, obstacles);
+    let mut player = recorder(&format!("{}, modes", scene.name), dt, scene, &scene.model);
     player.begin_chapter("at rest");
     player.push(&frame(&scene.state, 0.0));
     player

@@ -9,6 +9,7 @@ use contact::broad_phase::BroadPhase;
 use contact::contacts_grain;
 use contact::duplicates::{self, Holders};
 use contact::geometry::{Contact, World};
+use contact::key::Key;
 use contact::mesh_contacts::{Deepest, let_wait};
 use contact::motion_bound::MotionBounds;
 use contact::shape::{Poses, Shape};
@@ -311,7 +312,7 @@ impl IslandContacts {
         let world = shared.detector.world(&self.search);
         let impact = Impact { world: &world, components, dt: self.dt };
         for bounce in &mut self.bounces {
-            let Some(contact) = self.contacts.iter().find(|contact| contact.key == bounce.key) else { continue };
+            let Some(contact) = place(&self.contacts, bounce.key).map(|k| &self.contacts[k]) else { continue };
             let way = contact.relative(|i| correction(components, &world.shapes[i as usize])).dot(contact.normal);
             let arrives = (bounce.gap - contact.gap - way + impact.bend(contact)) / self.dt;
             bounce.held_up = impact.speed(contact) - arrives;
@@ -324,8 +325,8 @@ impl IslandContacts {
         let world = shared.detector.world(&self.search);
         let impact = Impact { world: &world, components, dt: self.dt };
         for &Bounce { key, from, restitution, held_up, .. } in &self.bounces {
-            let found = self.contacts.iter_mut().find(|contact| contact.key == key && !contact.is_left_out);
-            let Some(contact) = found else { continue };
+            let found = place(&self.contacts, key).map(|k| &mut self.contacts[k]);
+            let Some(contact) = found.filter(|contact| !contact.is_left_out) else { continue };
             let speed = impact.speed(contact);
             let leaves = restitution * speed.min(speed - held_up) + held_up.min(0.0);
             let leaves = leaves.min(speed - impact.gain(contact));
@@ -469,6 +470,11 @@ impl IslandContacts {
             (contact.impulse, contact.applied) = (Vec3::zero(), Vec3::zero());
         }
     }
+}
+
+/// Where a contact is among those of an island, which are in the order of their keys.
+fn place(contacts: &[Contact], key: Key) -> Option<usize> {
+    contacts.binary_search_by_key(&key, |contact| contact.key).ok()
 }
 
 /// Whether a contact bears anything.
