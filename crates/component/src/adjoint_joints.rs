@@ -1,11 +1,13 @@
 //! The way back over a step, joint by joint: what a joint's equations depend on, and inner damping, which remembers the strains
 //! at the start.
 
+use jointed::rotation::RotationRows;
 use kernels::Spatial;
 use kernels::lane::Real;
-use kernels::math::{Quat, Vec3};
+use kernels::math::{Quat, Sym3, Vec3};
 
-use super::adjoint::{of_ends, zip};
+use super::adjoint::zip;
+use super::parts::pick;
 use super::{BodyBar, Component};
 use crate::variation::JointVariation;
 
@@ -37,10 +39,11 @@ impl<T: Real> Component<T> {
         let stretch_remembered = body.orientation.rotate(gap).dot(answer);
         let per = T::splat(1.0 / self.dt);
         let [rest_x, rest_y, rest_z] = rows.angular.0;
+        let of_rest = self.rest_slope(j).apply(Vec3([rest_x * bending, rest_y * bending, rest_z * twist])).0;
         [
-            rest_x * bending,
-            rest_y * bending,
-            rest_z * twist,
+            of_rest[0],
+            of_rest[1],
+            of_rest[2],
             -k * stretch * along,
             -k * stretch * across,
             -k * stretch * further,
@@ -59,7 +62,7 @@ impl<T: Real> Component<T> {
         if self.extras.damped.is_empty() {
             return;
         }
-        let (one, two) = (T::splat(1.0), T::splat(2.0));
+        let one = T::splat(1.0);
         let (system, terms) = (&self.system, &self.system.joints[j]);
         let [a, b] = system.topology.joints[j].map(|body| body as usize);
         let rows = self.without_free_rows(j, terms.multipliers_from_world(field, system.frame(j)));
@@ -69,11 +72,26 @@ impl<T: Real> Component<T> {
         let of_strain = Vec3([x * bending, y * bending, z * twist]) * (one / terms.length);
         let [of_a, of_b] = self.frames_at_start(j);
         let relative = (of_a.conj() * of_b).upper();
-        let turn = of_a.rotate(of_ends((relative.w, relative.v * two), of_strain)[1]);
+        let (rows, _) = RotationRows::new(self.strain_measure, relative);
+        let turn = of_a.rotate(rows.forward_transposed(relative.v, of_strain));
         let shift = self.start[a].q.rotate(self.poses[a].q.rotate_back(field.linear)) * stretch;
         let (gap, arms) = self.gap_at_start(j);
         bars[a].pose = bars[a].pose.plus(Spatial { linear: shift, angular: (arms[0] - gap).cross(shift) - turn }, one);
         bars[b].pose = bars[b].pose.plus(Spatial { linear: -shift, angular: turn - arms[1].cross(shift) }, one);
+    }
+
+    /// What the strain at rest changes by with the Darboux vector there.
+    fn rest_slope(&self, j: usize) -> Sym3<T> {
+        let mut out = Sym3::<T>::zero();
+        for lane in 0..T::LANES {
+            let length = self.system.joints[j].length.lane(lane);
+            let rest = self.strain_measure.darboux_of(&pick(self.joints[j].rest, lane).0.into(), length);
+            let slope = self.strain_measure.slope_at_rest(&rest, length);
+            for (own, (r, c)) in out.0.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]) {
+                own.set_lane(lane, slope[(r, c)]);
+            }
+        }
+        out
     }
 
     /// What inner damping leaves of the compliances of a step: of bending, twist and stretch.
@@ -115,7 +133,8 @@ impl<T: Real> Component<T> {
         let [of_a, of_b] = self.frames_at_start(j);
         let a = self.system.topology.joints[j][0] as usize;
         let relative = (of_a.conj() * of_b).upper();
-        let strain = relative.v * (T::splat(2.0) / self.system.joints[j].length) - self.joints[j].rest_darboux;
+        let (_, measured) = RotationRows::new(self.strain_measure, relative);
+        let strain = measured * (T::splat(1.0) / self.system.joints[j].length) - self.joints[j].rest;
         (strain, self.start[a].q.rotate_back(self.gap_at_start(j).0))
     }
 }

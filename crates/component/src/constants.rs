@@ -47,7 +47,8 @@ impl<T: Real> BodyConstants<T> {
 /// What stays the same of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointConstants<T> {
-    pub(super) rest_darboux: Vec3<T>,
+    /// The strain at rest [1/m], by the set's measure.
+    pub(super) rest: Vec3<T>,
     pub(super) stretch: T,
     pub(super) shear: T,
     pub(super) bend: T,
@@ -57,7 +58,7 @@ pub(super) struct JointConstants<T> {
 impl<T: Real> JointConstants<T> {
     pub(super) fn pick(&self, lane: usize) -> JointConstants<f64> {
         JointConstants {
-            rest_darboux: pick(self.rest_darboux, lane),
+            rest: pick(self.rest, lane),
             stretch: self.stretch.lane(lane),
             shear: self.shear.lane(lane),
             bend: self.bend.lane(lane),

@@ -180,14 +180,22 @@ impl<const D: usize> Component<Dual<D>> {
 
     /// Lets a joint change along a direction.
     pub(crate) fn seed_joint(&mut self, j: usize, k: usize, variation: &JointVariation) {
+        self.seed_rest(j, k, &variation.rest_darboux);
         let own = &mut self.joints[j];
-        set_slope(&mut own.rest_darboux, k, &variation.rest_darboux);
         own.stretch.slope[k] = variation.stretch_compliance;
         own.shear.slope[k] = variation.shear_compliance;
         own.bend.slope[k] = variation.bend_compliance;
         own.twist.slope[k] = variation.twist_compliance;
         self.extras.seed(self.joints.len(), j, k, variation);
         self.extras.prepare(&mut self.system);
+    }
+
+    /// Lets the Darboux vector at rest of a joint change along a direction.
+    fn seed_rest(&mut self, j: usize, k: usize, by: &Vector3<f64>) {
+        let (length, measure) = (self.system.joints[j].length.value, self.strain_measure);
+        let rest = self.joints[j].rest.0.map(|x| x.value);
+        let slope = measure.slope_at_rest(&measure.darboux_of(&rest.into(), length), length);
+        set_slope(&mut self.joints[j].rest, k, &(slope * by));
     }
 
     /// Lets a body begin with other pose and velocities along a direction.
@@ -213,8 +221,9 @@ impl<const D: usize> Component<Dual<D>> {
             set_slope(&mut load.force, k, force);
             set_slope(&mut load.torque, k, torque);
         }
-        for (joint, index) in self.changing.iter().filter_map(Varying::rest) {
-            set_slope(&mut self.joints[joint].rest_darboux, k, &variation.joints[index].rest_darboux);
+        let rests: Vec<_> = self.changing.iter().filter_map(Varying::rest).collect();
+        for (joint, index) in rests {
+            self.seed_rest(joint, k, &variation.joints[index].rest_darboux);
         }
         if let Some(drag) = &mut self.drag {
             set_slope(&mut drag.breeze, k, &variation.air.wind);

@@ -1,5 +1,6 @@
 //! Constraints, residuals, Jacobians and mass matrices: the linear system of an outer iteration.
 
+use jointed::rotation::RotationRows;
 use kernels::Spatial;
 use kernels::lane::Real;
 use kernels::math::{Sym3, Vec3};
@@ -134,7 +135,7 @@ impl<T: Real> Component<T> {
             let constants = &self.joints[k];
             let lambda = self.lambda[k];
             let mut gap = first.x - second.x + axis_a * terms.offsets[0] - axis_b * terms.offsets[1];
-            let (mut frame, mut other, mut rest_darboux) = (first.q, second.q, constants.rest_darboux);
+            let (mut frame, mut other, mut rest) = (first.q, second.q, constants.rest);
             let mut bend_extra = T::zero();
             if EXTRAS {
                 if let Some(across) = self.system.across.get(k) {
@@ -145,17 +146,16 @@ impl<T: Real> Component<T> {
                     self.system.frames[k] = frame;
                 }
                 if let Some(damped) = self.extras.damped.get(k) {
-                    rest_darboux = damped.rest_darboux;
+                    rest = damped.rest;
                     gap -= first.q.rotate(damped.gap);
                 }
                 bend_extra = self.system.bend_extra.get(k).map_or(bend_extra, |&extra| extra);
             }
             let relative = (frame.conj() * other).upper();
-            // Away from a half turn, where G loses a direction; the residual stays exact.
-            terms.s = relative.w.max(T::splat(1e-6));
-            terms.t = frame.rotate(relative.v);
-            let darboux = relative.v * (T::splat(2.0) / terms.length);
-            let strain = darboux - rest_darboux;
+            let (rows, measured) = RotationRows::new(self.strain_measure, relative);
+            (terms.rows, terms.t) = (rows, frame.rotate(relative.v));
+            let measured = measured * (T::splat(1.0) / terms.length);
+            let strain = measured - rest;
             let mut stretch =
                 gap + lambda.linear * terms.shear + axis_a * (terms.stretch_extra * axis_a.dot(lambda.linear));
             let mut bend = strain + lambda.angular * terms.bend;
@@ -169,7 +169,7 @@ impl<T: Real> Component<T> {
             bend.0[2] += lambda.angular.0[2] * terms.twist_extra;
             let mut bend_measure = bend;
             if EXTRAS {
-                let of_rows = (darboux - constants.rest_darboux, lambda.angular);
+                let of_rows = (measured - constants.rest, lambda.angular);
                 // An open grip holds nothing.
                 if self.laws.has(k) && !self.released.iter().any(|one| one.opens(k)) {
                     let rows = self.laws.rows(k, of_rows, terms.length, [self.dt, self.effective.lane(0)]);

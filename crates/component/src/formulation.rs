@@ -1,6 +1,9 @@
 //! Which equations an outer iteration linearises.
 
+use std::borrow::Cow;
+
 use names::names;
+use rod::{Model, StrainMeasure};
 
 /// The formulation of the projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -19,5 +22,15 @@ impl Formulation {
     #[inline(always)]
     pub fn momentum(self) -> bool {
         self == Formulation::Newton
+    }
+
+    /// A model whose joints measure what they are bent by as this formulation has it: `xpbd` as the paper, `newton` as the model says.
+    pub fn measured(self, model: &Model) -> Cow<'_, Model> {
+        match (self, model.strain_measure) {
+            (Self::Xpbd, StrainMeasure::Angle) => {
+                Cow::Owned(Model { strain_measure: StrainMeasure::Sine, ..model.clone() })
+            }
+            _ => Cow::Borrowed(model),
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! Turns in a step that are too large for their measures: joints past half a turn, segments past a right angle.
 //!
-//! The strain is made of the sine of half the angle of a relative rotation q, of which q and -q are the same: past half a turn it begins again on the other
-//! side, from `v` to `-v` (v: the vector part). Energy `(2 / l) sum K_i (v_i - r_i)^2` stays as it is there where nothing is at rest away from zero. Where it is,
-//! with a rest strain `2 r / l`, a law's memory or inner damping, energy jumps by up to `(8 / l) sum K_i |v_i r_i|`, from nowhere.
+//! The strain goes with the vector part v of a relative rotation q, of which q and -q are the same: past half a turn it begins again on the other side, with -v
+//! for v. A rod that folds so is as one that has been folded from the other side, and its energy stays what it is where nothing is at rest away from zero. With
+//! a strain at rest, a law's memory or inner damping energy jumps, from nowhere; and a joint that is twisted so loses a whole turn.
 //!
 //! The discrete momentum of a turn by an angle is `I sin(angle) / dt`: it falls from a right angle on, where a torque of a load slows the spin that it should drive.
 
@@ -32,16 +32,17 @@ impl<T: Real> Component<T> {
         )
     }
 
-    /// Whether a joint of a lane has turned past half a turn in the step under way, with a rest strain that counts beside `target` [rad], with a law or with inner
-    /// damping. Joints that turn freely, and those that transmit nothing, may.
+    /// Whether a joint of a lane has turned past half a turn in the step under way: mostly about its axis, or with a rest strain that counts beside `target` [rad],
+    /// a law or inner damping. Joints that turn freely, and those that transmit nothing, may.
     pub fn is_past_half_turn(&self, lane: usize, target: f64) -> bool {
         self.system.joints.iter().zip(&self.joints).enumerate().any(|(k, (terms, constants))| {
             // Inner damping leaves of the strain before the step a share as a rest strain.
-            let rest = self.extras.damped.get(k).map_or(constants.rest_darboux, |own| own.rest_darboux);
+            let rest = self.extras.damped.get(k).map_or(constants.rest, |own| own.rest);
             let angle = rest.norm_squared().lane(lane).sqrt() * terms.length.lane(lane);
-            if angle <= target && !self.laws.has(k) || self.is_loose(k, lane) {
+            if self.is_loose(k, lane) {
                 return false;
             }
+            let may_fold = angle <= target && !self.laws.has(k);
             let [a, b] = self.system.topology.joints[k].map(|body| body as usize);
             let relative = |a: Quat<T>, b: Quat<T>| {
                 let [a, b] = self.extras.rests.get(k).map_or([a, b], |rests| [a * rests[0], b * rests[1]]);
@@ -49,7 +50,9 @@ impl<T: Real> Component<T> {
             };
             let before = relative(self.start[a].q, self.start[b].q);
             let now = relative(self.poses[a].q, self.poses[b].q);
-            (before.w * now.w + before.v.dot(now.v)).lane(lane) < 0.0
+            // A joint that has turned by half a turn about its axis has lost a turn of its twist.
+            let is_twisted = 2.0 * now.v.0[2].lane(lane).powi(2) > now.v.norm_squared().lane(lane);
+            (is_twisted || !may_fold) && (before.w * now.w + before.v.dot(now.v)).lane(lane) < 0.0
         })
     }
 }

@@ -41,7 +41,9 @@ impl Component<f64> {
             + second * (by.shear_extra * second.dot(lambda.linear));
         let Vec3([x, y, z]) = lambda.angular;
         let bent = [x * by.bend_compliance, y * (by.bend_compliance + by.bend_extra), z * by.twist_compliance];
-        let rest = Vec3(by.rest_darboux.into());
+        let length = system.joints[j].length;
+        let at = self.strain_measure.darboux_of(&vector(self.joints[j].rest), length);
+        let rest = Vec3((self.strain_measure.slope_at_rest(&at, length) * by.rest_darboux).into());
         let rows = Spatial { linear: force * -k, angular: rest - Vec3(bent) * k };
         let world = system.joints[j].to_world(rows, system.frame(j));
         [vector(world.linear), vector(world.angular)]

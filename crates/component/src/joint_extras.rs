@@ -41,7 +41,7 @@ pub(super) struct Damped<T> {
     /// Relaxation times of bending, twist and stretch [s].
     pub(super) times: [T; 3],
     /// `Omega_0 + theta C_b` at the start of this step.
-    pub(super) rest_darboux: Vec3<T>,
+    pub(super) rest: Vec3<T>,
     /// `theta C_s` at the start of this step, in the frame of body a.
     pub(super) gap: Vec3<T>,
 }
@@ -61,7 +61,7 @@ impl<T: Real> JointExtras<T> {
         );
         let count = sets.first().map_or(0, Vec::len);
         let list = |there: bool| if there { count } else { 0 };
-        let still = Damped { times: [T::zero(); 3], rest_darboux: Vec3::zero(), gap: Vec3::zero() };
+        let still = Damped { times: [T::zero(); 3], rest: Vec3::zero(), gap: Vec3::zero() };
         let mut out = Self {
             bend_extra: vec![T::zero(); list(is_second)],
             shear_extra: vec![T::zero(); list(is_sheared)],
@@ -116,7 +116,7 @@ impl<T: Real> JointExtras<T> {
     pub(super) fn pick(&self, lane: usize) -> JointExtras<f64> {
         let damped = |own: &Damped<T>| Damped {
             times: own.times.map(|time| time.lane(lane)),
-            rest_darboux: pick(own.rest_darboux, lane),
+            rest: pick(own.rest, lane),
             gap: pick(own.gap, lane),
         };
         JointExtras {
@@ -158,7 +158,7 @@ impl<const D: usize> JointExtras<Dual<D>> {
         extra(&mut self.bend_extra, variation.bend_extra);
         extra(&mut self.shear_extra, variation.shear_extra);
         if damping != InnerDamping::NONE {
-            self.damped.resize(joints, Damped { times: [zero; 3], rest_darboux: Vec3::zero(), gap: Vec3::zero() });
+            self.damped.resize(joints, Damped { times: [zero; 3], rest: Vec3::zero(), gap: Vec3::zero() });
         }
         if let Some(own) = self.damped.get_mut(j) {
             for (time, by) in own.times.iter_mut().zip([damping.bending, damping.twist, damping.stretch]) {

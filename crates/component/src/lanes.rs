@@ -26,7 +26,8 @@ impl<T: Real> Component<T> {
         for (k, &index) in members.joints.iter().enumerate() {
             let joint = &model.joints[index];
             let constants = &mut self.joints[k];
-            put(&mut constants.rest_darboux, lane, vec3(&joint.rest_darboux));
+            let rest = model.strain_measure.at_rest(&joint.rest_darboux, joint.length);
+            put(&mut constants.rest, lane, vec3(&rest));
             constants.stretch.set_lane(lane, joint.stretch_compliance);
             constants.shear.set_lane(lane, joint.shear_compliance);
             constants.bend.set_lane(lane, joint.bend_compliance);
@@ -55,6 +56,7 @@ impl<T: Real> Component<T> {
             start: self.start.iter().map(|pose| pick_pose(pose, lane)).collect(),
             predicted: self.predicted.iter().map(|pose| pick_pose(pose, lane)).collect(),
             velocities: self.velocities.iter().map(|v| pick_spatial(v, lane)).collect(),
+            strain_measure: self.strain_measure,
             lambda: self.lambda.iter().map(|lambda| pick_spatial(lambda, lane)).collect(),
             dlambda: vec![Spatial::zero(); self.lambda.len()],
             scratch: vec![Spatial::zero(); self.scratch.len()],

@@ -62,7 +62,7 @@ use jointed::topology::Topology;
 use kernels::Spatial;
 use kernels::lane::Real;
 use kernels::math::{Quat, Sym3, Vec3};
-use rod::{Model, State};
+use rod::{Model, State, StrainMeasure};
 
 pub use adjoint::{BodyGradient, Ended};
 pub use adjoint_joints::add_numbers;
@@ -125,6 +125,8 @@ pub struct Component<T> {
     /// Velocities (v, w), one a body. w is `2 Im(q' conj(q)) / dt` of the last step (line 19 of Algorithm 1), of a fixed
     /// segment and where it was given since the true rate [rad/s].
     pub velocities: Vec<Spatial<T>>,
+    /// How joints measure what they are bent and twisted by.
+    pub strain_measure: StrainMeasure,
     /// Multipliers lambda: stretch-shear in world axes [N s^2], bend-twist in the frame of their rows
     /// [N m^2 s^2].
     pub lambda: Vec<Spatial<T>>,
@@ -228,13 +230,14 @@ impl<T: Real> Component<T> {
             length: T::splat(1.0),
             radius: T::splat(1.0),
         };
-        let joint = JointConstants { rest_darboux: Vec3::zero(), stretch: zero, shear: zero, bend: zero, twist: zero };
+        let joint = JointConstants { rest: Vec3::zero(), stretch: zero, shear: zero, bend: zero, twist: zero };
         let mut component = Self {
             system,
             poses: vec![pose; bodies],
             start: vec![pose; bodies],
             predicted: vec![pose; bodies],
             velocities: vec![Spatial::zero(); bodies],
+            strain_measure: model.strain_measure,
             lambda: vec![Spatial::zero(); joints],
             dlambda: vec![Spatial::zero(); joints],
             scratch: vec![Spatial::zero(); bodies],

@@ -183,8 +183,9 @@ impl<T: Real> Component<T> {
         let arms = self.arms(j);
         let lambda = self.lambda[j];
         let world = terms.multipliers_to_world(lambda, frame);
-        let kappa = frame.rotate(lambda.angular).dot(terms.t) / (terms.length * T::splat(2.0));
-        let (own, coupling) = curvature::of_bend_twist(kappa, world.angular);
+        let multiplier = frame.rotate(lambda.angular) * (T::splat(1.0) / terms.length);
+        let second = terms.rows.second(self.strain_measure, terms.t, multiplier);
+        let (own, coupling) = curvature::of_bend_twist(second, world.angular);
         bodies[a].turning += own + curvature::of_force(world.linear, arms[0]);
         bodies[b].turning += own + curvature::of_force(-world.linear, arms[1]);
         let compliance = [system.stretch_compliance(j), system.bend_compliance(j)];

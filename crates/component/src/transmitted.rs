@@ -1,10 +1,10 @@
 //! What joints transmit: how it changes with poses and multipliers, and the way back.
 //!
 //! Over the square of the step of implicit Euler that a step amounts to, the force of a joint is `lambda_s` and its moment
-//! `-(s lambda_b + u x lambda_b) / l` in the frame of body a, with the relative rotation (s, u) of both bodies (see
-//! [`rod::JointForce::of_multipliers`]). As these are turned, with w the turn of b less that of a in that frame, (s, u) changes
-//! by `(-w.u, s w + w x u) / 2`.
+//! `-F^T lambda_b / l` in the frame of body a, with F of [`RotationRows`] (see [`rod::JointForce::of_multipliers`]). As the bodies are turned, with w the
+//! turn of b less that of a in that frame, `F^T lambda_b` changes by `A w + w x F^T lambda_b / 2`, with A of [`RotationRows::second`].
 
+use jointed::rotation::RotationRows;
 use kernels::Spatial;
 use kernels::lane::Real;
 use kernels::math::{Quat, Vec3};
@@ -40,12 +40,14 @@ impl<T: Real> Component<T> {
     /// From derivatives with respect to what a joint transmits, force and moment, to those with respect to `y`, which is
     /// `-dlambda` in world rows, and with respect to the turn of body b in world axes, less which is that of body a.
     pub fn transmitted_back(&self, j: usize, of: Spatial<T>) -> (Spatial<T>, Vec3<T>) {
-        let Turned { frame, rest, between: Quat { v: u, w: s }, scale, per } = self.turned_joint(j);
+        let Turned { frame, rest, between, scale, per } = self.turned_joint(j);
+        let (rows_of, u) = (RotationRows::new(self.strain_measure, between).0, between.v);
         let lambda = self.lambda[j].angular;
         let moment = rest.rotate_back(of.angular);
-        let rows = Spatial { linear: of.linear * -per, angular: (moment * s - u.cross(moment)) * -scale };
-        let crossed = lambda.cross(moment);
-        let turn = (crossed * s + u.cross(crossed) - u * lambda.dot(moment)) * (scale * T::splat(0.5));
+        let rows = Spatial { linear: of.linear * -per, angular: rows_of.forward(u, moment) * -scale };
+        let torque = rows_of.forward_transposed(u, lambda);
+        let second = rows_of.second(self.strain_measure, u, lambda);
+        let turn = (second.apply(moment) + torque.cross(moment) * T::splat(0.5)) * scale;
         let system = &self.system;
         let world = system.joints[j].to_world(self.without_free_rows(j, rows), system.frame(j));
         (world, frame.rotate(turn))
@@ -56,12 +58,14 @@ impl Component<f64> {
     /// What a joint transmits more at the end of the step that is solved, where its bodies are turned by so much in world axes
     /// [rad], and its multipliers change by `rows`.
     pub fn transmitted_along(&self, j: usize, turns: [Vector3<f64>; 2], rows: [Vector3<f64>; 2]) -> JointForce {
-        let Turned { frame, rest, between: Quat { v: u, w: s }, scale, per } = self.turned_joint(j);
+        let Turned { frame, rest, between, scale, per } = self.turned_joint(j);
+        let (rows_of, u) = (RotationRows::new(self.strain_measure, between).0, between.v);
         let lambda = self.lambda[j].angular;
         let turn = frame.rotate_back(Vec3((turns[1] - turns[0]).into()));
         let by = Vec3(rows[1].into());
-        let (of_u, of_s) = ((turn * s + turn.cross(u)) * 0.5, -0.5 * turn.dot(u));
-        let moment = (by * s + u.cross(by) + lambda * of_s + of_u.cross(lambda)) * scale;
+        let torque = rows_of.forward_transposed(u, lambda);
+        let second = rows_of.second(self.strain_measure, u, lambda);
+        let moment = (rows_of.forward_transposed(u, by) + second.apply(turn) + turn.cross(torque) * 0.5) * scale;
         JointForce { force: rows[0] * per, moment: vector(rest.rotate(moment)) }
     }
 

@@ -60,6 +60,7 @@ impl<T: Real> Component<T> {
             bodies: _,
             resting: _,
             extras: _,
+            strain_measure: _,
             changing: _,
             damping: _,
         } = self;
@@ -85,7 +86,7 @@ impl<T: Real> Component<T> {
         });
         visitor.list(rigid, |visitor, body| body.visit_state(visitor));
         // Joints that turn freely go on as open grips with what they have turned by; the others' may be set.
-        joints.iter_mut().for_each(|joint| visitor.vector(&mut joint.rest_darboux));
+        joints.iter_mut().for_each(|joint| visitor.vector(&mut joint.rest));
         visitor.vector(gravity);
         visitor.real(last_dt);
         visitor.real(last_effective);

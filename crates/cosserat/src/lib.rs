@@ -124,7 +124,7 @@ pub mod state {
     pub use rod::{
         Body, Break, BreakableJoint, Centreline, DriveError, Freedom, InelasticJoint, InternalVariables, Joint,
         JointForce, Mode, Model, ModelError, OnPulley, Part, Pose, Probe, Pulley, Quantity, Reading, Restoring,
-        Segment, Share, Sliding, SlidingJoint, Springs, State, Wheel, curvature, darboux, measure,
+        Segment, Share, Sliding, SlidingJoint, Springs, State, StrainMeasure, Wheel, curvature, darboux, measure,
     };
 }
 

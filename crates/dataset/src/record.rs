@@ -12,7 +12,7 @@ use cosserat::internals::component::{Component, split};
 use cosserat::internals::kernels::Spatial;
 use cosserat::scene::Scene;
 use cosserat::simulation::{Settings, Simulation, SolverKind};
-use cosserat::state::{Body, Joint, Model, State};
+use cosserat::state::{Body, Joint, Model, State, StrainMeasure};
 use graph::{Normal, Norms, corrections, planar_normal};
 
 use crate::{Config, DatasetError};
@@ -182,6 +182,7 @@ fn own_model(model: &Model, members: &Members, topology: &Topology) -> Model {
         joints: members.joints.iter().zip(&topology.joints).map(joint).collect(),
         anchors: members.anchors.iter().map(|&i| model.anchors[i]).collect(),
         gravity: model.gravity,
+        strain_measure: StrainMeasure::Sine,
         ..Model::default()
     }
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use cosserat::assembly::InnerDamping;
-use cosserat::state::{Body, Freedom, Joint, Model, Pose, Segment};
+use cosserat::state::{Body, Freedom, Joint, Model, Pose, Segment, StrainMeasure};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use safetensors::SafeTensors;
 
@@ -198,6 +198,7 @@ impl Shard {
             });
         }
         let gravity = self.arrays::<3>(Name::Gravity, k..k + 1).next().map(Vector3::from).unwrap_or_default();
-        Ok(Model { segments, joints, anchors, gravity, ..Model::default() })
+        let strain_measure = StrainMeasure::Sine;
+        Ok(Model { segments, joints, strain_measure, anchors, gravity, ..Model::default() })
     }
 }

@@ -212,6 +212,7 @@ impl Simulation {
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
         settings.step.validate()?;
+        let model = &*settings.step.formulation.measured(model);
         if let SolverKind::Cg(_) = settings.solver {
             without_loose(model, &format!("solver {}", settings.solver))?;
         }
@@ -296,6 +297,7 @@ impl Simulation {
     ) -> Result<Self, SimulationError> {
         model.validate(state)?;
         params.validate()?;
+        let model = &*params.formulation.measured(model);
         without_loose(model, "a prediction in place of solves")?;
         if !model.sliding_joints.is_empty() {
             return Err(SimulationError::Sliding("solves, not predictions in their place"));

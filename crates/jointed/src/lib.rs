@@ -1,6 +1,7 @@
 //! Linear algebra of jointed bodies: the matrices of an outer iteration, and what solves with them.
 //!
 //! - [`topology`]: who is joined to whom, and the order of elimination. [`members`]: which parts of a model a set has.
+//! - [`rotation`]: how rows of bend-twist measure a rotation, with derivatives.
 //! - [`system`]: `A dlambda = b` with `A = J M^-1 J^T + alpha~`, in parts (Kugelstadt et al. 2018).
 //! - [`linear`]: its solvers: block elimination along chains and trees, a sparse factor for graphs with loops, conjugate
 //!   gradients with preconditioners; and the compliance of what they factor, which contacts need.
@@ -12,6 +13,7 @@
 mod block;
 pub mod linear;
 pub mod members;
+pub mod rotation;
 pub mod system;
 pub mod tangent;
 pub mod topology;

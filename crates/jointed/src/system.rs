@@ -6,18 +6,19 @@
 //! for its body b, a joint's Jacobian with respect to (dx, dphi) of that body is
 //!
 //! ```text
-//! J = sigma [ I  -z [d]x ]      G = (1/l) (s I - [u]x) R_a^T,   (s, u) = conj(q_a) q_b
+//! J = sigma [ I  -z [d]x ]      G = (1/l) R_a^T F,   F of [`RotationRows`]
 //!           [ 0  -G      ]
 //! ```
 //!
 //! Where joints have rest frames f_a and f_b, `q_a f_a` and `q_b f_b` take the places of q_a and q_b ([`System::frame`]).
 //!
-//! G never has to be multiplied out: its inverse is l (s I + [t]x + t t^T / s) R_a with t = R_a u, and in the rows
+//! G never has to be multiplied out: its inverse is l N R_a, and in the rows
 //! scaled by it (bend-twist as a world rotation, its multiplier as a world torque) G becomes the identity. The direct
 //! solver works on those rows ("world rows"); [`JointTerms::to_world`] and [`JointTerms::from_world`] change over.
 
 use std::sync::Arc;
 
+use crate::rotation::RotationRows;
 use crate::topology::Topology;
 use kernels::Spatial;
 use kernels::lane::{Both, Real};
@@ -51,8 +52,8 @@ pub struct JointTerms<T> {
     pub bend: T,
     /// Twist minus bend compliance, over dt^2 [1/(kg m^4)].
     pub twist_extra: T,
-    /// Scalar part of conj(q_a) q_b, never negative.
-    pub s: T,
+    /// How the bend-twist rows measure conj(q_a) q_b.
+    pub rows: RotationRows<T>,
     /// Vector part of q_b conj(q_a): the relative rotation in world axes.
     pub t: Vec3<T>,
     /// Right-hand side b: stretch-shear [m], bend-twist [1/m].
@@ -63,8 +64,8 @@ impl<T: Real> JointTerms<T> {
     /// Two side by side.
     #[inline(always)]
     pub(crate) fn both(a: &Self, b: &Self) -> JointTerms<Both<T>> {
-        let numbers = |x: &Self| [x.length, x.shear, x.stretch_extra, x.bend, x.twist_extra, x.s];
-        let [length, shear, stretch_extra, bend, twist_extra, s] = Both::zip(numbers(a), numbers(b));
+        let numbers = |x: &Self| [x.length, x.shear, x.stretch_extra, x.bend, x.twist_extra];
+        let [length, shear, stretch_extra, bend, twist_extra] = Both::zip(numbers(a), numbers(b));
         JointTerms {
             offsets: Both::zip(a.offsets, b.offsets),
             length,
@@ -72,7 +73,7 @@ impl<T: Real> JointTerms<T> {
             stretch_extra,
             bend,
             twist_extra,
-            s,
+            rows: RotationRows::both(&a.rows, &b.rows),
             t: Vec3::both(a.t, b.t),
             rhs: Spatial::both(a.rhs, b.rhs),
         }
@@ -85,55 +86,47 @@ impl<T: Real> JointTerms<T> {
     }
 
     /// alpha~ of bend-twist in world rows, for the axis of the rows' frame and a section that bends alike about d1 and d2:
-    /// `G^-1 alpha~ G^-T = l^2 N (alpha~_b I + (alpha~_t - alpha~_b) d d^T) N^T`
-    /// with `N = s I + [t]x + t t^T / s`, for which `N N^T = I + t t^T / s^2`.
+    /// `G^-1 alpha~ G^-T = l^2 N (alpha~_b I + (alpha~_t - alpha~_b) d d^T) N^T`, with N of [`RotationRows`].
     #[inline(always)]
     pub(crate) fn bend_compliance(&self, axis_a: Vec3<T>) -> Sym3<T> {
         let l2 = self.length * self.length;
-        let inv_s = T::splat(1.0) / self.s;
         let bend = self.bend * l2;
-        let n = self.n(axis_a, inv_s);
-        Sym3::identity(bend) + Sym3::outer(self.t, bend * inv_s * inv_s) + Sym3::outer(n, self.twist_extra * l2)
+        let n = self.rows.inverse(self.t, axis_a);
+        let [of_identity, of_t] = self.rows.squared();
+        Sym3::identity(bend * of_identity) + Sym3::outer(self.t, bend * of_t) + Sym3::outer(n, self.twist_extra * l2)
     }
 
     /// What a bending compliance about d2 of the rows' frame, which is larger by `extra`, adds to that in world rows:
     /// `extra l^2 N d2 (N d2)^T`.
     #[inline(always)]
     pub(crate) fn second_bending(&self, frame: Quat<T>, extra: T) -> Sym3<T> {
-        Sym3::outer(self.n(frame.second_axis(), T::splat(1.0) / self.s), extra * self.length * self.length)
+        Sym3::outer(self.rows.inverse(self.t, frame.second_axis()), extra * self.length * self.length)
     }
 
     /// What couplings of a compliance between d1, d2 and d3 of the rows' frame, (12), (13) and (23), add to that in world rows:
     /// `l^2 N (d_i d_j^T + d_j d_i^T) N^T` of each.
     #[inline(always)]
     pub(crate) fn couplings(&self, frame: Quat<T>, Vec3([of_12, of_13, of_23]): Vec3<T>) -> Sym3<T> {
-        let (zero, one, inv_s) = (T::zero(), T::splat(1.0), T::splat(1.0) / self.s);
+        let (zero, one) = (T::zero(), T::splat(1.0));
         let axes = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
-        let [d1, d2, d3] = axes.map(|axis| self.n(frame.rotate(Vec3(axis)), inv_s));
+        let [d1, d2, d3] = axes.map(|axis| self.rows.inverse(self.t, frame.rotate(Vec3(axis))));
         let twice = T::splat(2.0) * self.length * self.length;
         Sym3::sym_outer(d1 * (of_12 * twice), d2)
             + Sym3::sym_outer(d1 * (of_13 * twice), d3)
             + Sym3::sym_outer(d2 * (of_23 * twice), d3)
     }
 
-    /// `N x`.
-    #[inline(always)]
-    fn n(&self, x: Vec3<T>, inv_s: T) -> Vec3<T> {
-        x * self.s + self.t.cross(x) + self.t * (self.t.dot(x) * inv_s)
-    }
-
     /// Rows to world rows: `(r_s, G^-1 r_b)`.
     #[inline(always)]
     pub fn to_world(&self, r: Spatial<T>, q_a: Quat<T>) -> Spatial<T> {
-        let angular = self.n(q_a.rotate(r.angular), T::splat(1.0) / self.s) * self.length;
+        let angular = self.rows.inverse(self.t, q_a.rotate(r.angular)) * self.length;
         Spatial { linear: r.linear, angular }
     }
 
     /// World rows to rows: `(r_s, G r_b)`.
     #[inline(always)]
     pub fn from_world(&self, r: Spatial<T>, q_a: Quat<T>) -> Spatial<T> {
-        // G = (1/l) R_a^T (s I - [t]x).
-        let turned = r.angular * self.s - self.t.cross(r.angular);
+        let turned = self.rows.forward(self.t, r.angular);
         let angular = q_a.rotate_back(turned) * (T::splat(1.0) / self.length);
         Spatial { linear: r.linear, angular }
     }
@@ -141,17 +134,15 @@ impl<T: Real> JointTerms<T> {
     /// Multipliers from those of the world rows: `(lambda_s, G^-T lambda_b)`.
     #[inline(always)]
     pub fn multipliers_from_world(&self, x: Spatial<T>, q_a: Quat<T>) -> Spatial<T> {
-        let inv_s = T::splat(1.0) / self.s;
-        let n_transposed = x.angular * self.s - self.t.cross(x.angular) + self.t * (self.t.dot(x.angular) * inv_s);
-        Spatial { linear: x.linear, angular: q_a.rotate_back(n_transposed) * self.length }
+        let turned = self.rows.inverse_transposed(self.t, x.angular);
+        Spatial { linear: x.linear, angular: q_a.rotate_back(turned) * self.length }
     }
 
     /// Multipliers to those of the world rows: `(lambda_s, G^T lambda_b)`, a force and a torque.
     #[inline(always)]
     pub fn multipliers_to_world(&self, x: Spatial<T>, q_a: Quat<T>) -> Spatial<T> {
-        // G^T = (1/l) (s I + [t]x) R_a.
-        let y = q_a.rotate(x.angular);
-        let angular = (y * self.s + self.t.cross(y)) * (T::splat(1.0) / self.length);
+        let turned = self.rows.forward_transposed(self.t, q_a.rotate(x.angular));
+        let angular = turned * (T::splat(1.0) / self.length);
         Spatial { linear: x.linear, angular }
     }
 }
@@ -197,7 +188,7 @@ impl<T: Real> System<T> {
             stretch_extra: T::zero(),
             bend: T::zero(),
             twist_extra: T::zero(),
-            s: T::splat(1.0),
+            rows: RotationRows::identity(),
             t: Vec3::zero(),
             rhs: Spatial::zero(),
         };

@@ -9,7 +9,7 @@ use crate::{
 impl Model {
     /// Adds another model beside this one: its segments, joints, anchors, loads, motions and sheaths, and what of its loads changes
     /// over time, each after those that there are. What is of the world stays this model's: gravity and its changes, damping,
-    /// all other contacts, air.
+    /// all other contacts, air, and the strain measure.
     pub fn append(&mut self, other: &Model) {
         self.append_after(self.rods(), other);
     }
@@ -27,6 +27,7 @@ impl Model {
         let Model {
             segments: _,
             joints,
+            strain_measure: _,
             anchors: _,
             loads: _,
             lifts,

@@ -2,9 +2,9 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::darboux::{darboux, relative_rotation};
+use crate::darboux::relative_rotation;
 use crate::measure::{bend_strain, stretch_gap};
-use crate::{Body, Freedom, Joint, Model, State};
+use crate::{Body, Freedom, Joint, Model, State, StrainMeasure};
 
 /// What a joint transmits, the viscous part of its inner damping included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,24 +26,23 @@ impl JointForce {
     /// of body a [N m^2]. `a` and `b` are the bodies' orientations, `length` is the joint's [m]. Of a joint with rest
     /// frames all that is of a and b is of its [`Joint::frames`].
     ///
-    /// `J^T lambda` is the force `lambda_s` on body a and the torque `-(s lambda_b + u x lambda_b) / l`, (s, u) being the
-    /// relative rotation `conj(q_a) q_b`.
+    /// `J^T lambda` is the force `lambda_s` on body a and the torque `-F^T lambda_b / l`, with the derivative F of what is measured; by the paper's measure
+    /// that is `-(s lambda_b + u x lambda_b) / l`, (s, u) being the relative rotation `conj(q_a) q_b`.
     pub fn of_multipliers(
+        measure: StrainMeasure,
         lambda_s: Vector3<f64>,
         lambda_b: Vector3<f64>,
         [a, b]: [&UnitQuaternion<f64>; 2],
         length: f64,
     ) -> Self {
-        let (s, u) = relative_rotation(a, b);
-        Self { force: lambda_s, moment: (lambda_b * s + u.cross(&lambda_b)) / -length }
+        Self { force: lambda_s, moment: measure.torque(relative_rotation(a, b), &lambda_b) / -length }
     }
 
     /// The bend-twist multiplier over dt^2 [N m^2]: the inverse of [`Self::of_multipliers`].
     fn lambda_b(&self, model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
         let [a, b] = joint.frames(model, state);
-        let (s, u) = relative_rotation(&a, &b);
-        let m = joint.rest_frames[0].inverse() * self.moment;
-        (m * s - u.cross(&m) + u * (u.dot(&m) / s)) * -joint.length
+        let moment = joint.rest_frames[0].inverse() * self.moment;
+        model.strain_measure.multiplier(relative_rotation(&a, &b), &moment) * -joint.length
     }
 
     /// Pull along the axis d3 of body a [N], behind a hinge along that of body b; negative where the joint is pressed.
@@ -85,13 +84,13 @@ impl JointForce {
     }
 }
 
-/// Curvature of the rod at a joint [1/m]: the Darboux vector without its twist; zero where the joint turns freely or is open.
+/// Curvature of the rod at a joint [1/m]: what is measured of its rotation without its twist; zero where the joint turns freely or is open.
 pub fn curvature(model: &Model, state: &State, joint: &Joint) -> f64 {
     if joint.freedom != Freedom::None || model.is_open(joint) {
         return 0.0;
     }
     let [a, b] = joint.frames(model, state);
-    darboux(&a, &b, joint.length).xy().norm()
+    model.strain_measure.strain(&a, &b, joint.length).xy().norm()
 }
 
 /// Axis d3 of a joint's body a.
@@ -136,8 +135,7 @@ mod tests {
         let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
         state.orientations[1] = turn * state.orientations[1];
         let joint = Joint { length: radius * angle, ..model.joints[0] };
-        // Darboux vectors are made of sin(angle / 2).
-        let expected = 2.0 * (0.5 * angle).sin() / (radius * angle);
+        let expected = 1.0 / radius;
         assert!((curvature(&model, &state, &joint) - expected).abs() < 1e-12);
         let lambda_b = -bend_strain(&model, &state, &joint).component_div(&Vector3::new(
             joint.bend_compliance,
@@ -147,10 +145,10 @@ mod tests {
         // The gap that turning about the centre leaves is the force's business.
         let force = -stretch_gap(&model, &state, &joint) / joint.shear_compliance;
         let [a, b] = [0, 1].map(|i| &state.orientations[i]);
-        let answer = JointForce::of_multipliers(force, lambda_b, [a, b], joint.length);
+        let answer = JointForce::of_multipliers(model.strain_measure, force, lambda_b, [a, b], joint.length);
         assert!(answer.residual(&model, &state, &joint) < 1e-9);
         // Body b is turned about y, and pulls body a after it.
-        let hooke = expected / joint.bend_compliance * (0.5 * angle).cos() / joint.length;
+        let hooke = expected / joint.bend_compliance / joint.length;
         assert!((answer.moment - Vector3::y() * hooke).norm() < 1e-12 * hooke, "{}", answer.moment);
     }
 }

@@ -57,6 +57,7 @@ pub use body::Body;
 pub use chain::{Successor, end_of, successors};
 pub use contact::{CYLINDER_SIDES, Contacts, Friction, Obstacle, ObstacleShape, Sheath, Surface};
 pub use contact_force::{ContactForce, Touched, contact_wrenches};
+pub use darboux::StrainMeasure;
 pub use driven::{Carried, Driven};
 pub use error::{DriveError, ModelError};
 pub use freedom::{Freedom, Springs};

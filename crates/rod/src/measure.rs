@@ -3,7 +3,6 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::darboux::darboux;
 use crate::{Body, Freedom, InelasticJoint, InternalVariables, Joint, Model, Segment, State};
 
 /// Energies [J].
@@ -52,12 +51,13 @@ fn gap_and_axis(model: &Model, state: &State, joint: &Joint) -> (Vector3<f64>, V
     (connector_a - connector_b, axis_a)
 }
 
-/// Darboux vector minus its rest value, C_b [1/m], in the frame of the joint's rows ([`Joint::frames`]); zero about axes that it
+/// The model's [`crate::StrainMeasure`] minus its rest value, C_b [1/m], in the frame of the joint's rows ([`Joint::frames`]); zero about axes that it
 /// leaves free.
 #[inline]
 pub fn bend_strain(model: &Model, state: &State, joint: &Joint) -> Vector3<f64> {
     let [a, b] = joint.frames(model, state);
-    let strain = darboux(&a, &b, joint.length) - joint.rest_darboux;
+    let measure = model.strain_measure;
+    let strain = measure.strain(&a, &b, joint.length) - measure.at_rest(&joint.rest_darboux, joint.length);
     match joint.freedom {
         Freedom::None => strain,
         Freedom::Ball | Freedom::Broken => Vector3::zeros(),

@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
     Air, Body, BodyShape, BreakableJoint, CYLINDER_SIDES, Change, Contacts, Driven, Freedom, InelasticJoint,
-    InnerDamping, LineInertia, Mesh, ModelError, Mount, Pose, Pulley, RigidBody, SlidingJoint, State,
+    InnerDamping, LineInertia, Mesh, ModelError, Mount, Pose, Pulley, RigidBody, SlidingJoint, State, StrainMeasure,
 };
 
 /// A rigid cylinder, one node of the paper's graph (section 3.1); or a rigid body of any shape that rods are joined to.
@@ -222,6 +222,8 @@ pub struct Model {
     pub segments: Vec<Segment>,
     /// All joints.
     pub joints: Vec<Joint>,
+    /// What of the rotation of joints their moments go with. Formulation `xpbd` has the paper's, whatever this says.
+    pub strain_measure: StrainMeasure,
     /// Places in the ground that joints hold on to.
     pub anchors: Vec<Pose>,
     /// Loads; constant unless [`Model::changes`] names them.

@@ -92,6 +92,7 @@ impl Model {
         let model = Model {
             segments: segments.iter().map(|&i| self.segments[i].clone()).collect(),
             joints: joints.iter().filter_map(joint).collect(),
+            strain_measure: self.strain_measure,
             anchors: anchors.iter().map(|&k| self.anchors[k]).collect(),
             loads: loads.iter().map(load).collect(),
             lifts: self.lifts.iter().filter_map(lift).collect(),

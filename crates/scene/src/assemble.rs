@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 use rod::{
-    Air, Assembly, Body, Change, Changing, Damping, Gusts, Integrator, Lift, Load, Model, ModelError, SlidingJoint,
+    Air, Assembly, Body, Change, Changing, Damping, Gusts, Integrator, Lift, Load, Model, ModelError, SlidingJoint, StrainMeasure,
     Wind,
 };
 use toml::Spanned;
@@ -121,8 +121,10 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         }
         lift(&mut model);
     }
-    if file.bending == format::Bending::RestRotation {
-        model.measure_from_rest();
+    match file.bending {
+        format::Bending::Angle => {}
+        format::Bending::Paper => model.strain_measure = StrainMeasure::Sine,
+        format::Bending::RestRotation => model.measure_from_rest(),
     }
     if model.segments.len() > MAX_SEGMENTS {
         let message = format!("rods: {} segments in all, but {MAX_SEGMENTS} are the most", model.segments.len());

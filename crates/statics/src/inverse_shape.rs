@@ -5,7 +5,7 @@
 //! Bertails-Descoubes, Daviet and Thollot 2013, for curves; here for trees, with stretch and shear).
 
 use nalgebra::Vector3;
-use rod::{Body, Changing, Freedom, Model, State, measure};
+use rod::{Body, Changing, Freedom, Model, State};
 use thiserror::Error;
 
 /// Why there is no rest shape.
@@ -112,12 +112,10 @@ pub fn rest_shape(model: &mut Model, state: &mut State) -> Result<(), RestShapeE
         let [a, b] = joint.frames(model, &hung);
         let between = (a.inverse() * b).into_inner();
         let (s, v) = if between.w < 0.0 { (-between.w, -between.imag()) } else { (between.w, between.imag()) };
-        let (s, t) = (s.max(1e-6), a * v);
-        // The multiplier whose torque is this one: G^-T of the Darboux vector's Jacobian G.
-        let turned = torque * s - t.cross(&torque) + t * (t.dot(&torque) / s);
-        let multiplier = a.inverse() * turned * joint.length;
+        let own = a.inverse() * torque;
+        let multiplier = model.strain_measure.multiplier((s.max(1e-6), v), &own) * joint.length;
         let bent = joint.bend_twist_compliance().component_mul(&multiplier);
-        let rest = joint.rest_darboux + measure::bend_strain(model, &hung, joint) + bent;
+        let rest = model.strain_measure.darboux_of(&(model.strain_measure.strain(&a, &b, joint.length) + bent), joint.length);
         // NaN is refused, too.
         let half_a_turn = 2.0 / joint.length;
         if rest.norm().partial_cmp(&half_a_turn) != Some(std::cmp::Ordering::Less) {

@@ -14,11 +14,12 @@ impl<T: Real> Component<T> {
         let [lambda_s, lambda_b] =
             [self.lambda[joint].linear, self.lambda[joint].angular].map(|x| get(x, lane) * share);
         let [a, b] = self.system.topology.joints[joint].map(|body| get_quat(self.poses[body as usize].q, lane));
-        let length = self.system.joints[joint].length.lane(lane);
+        let (length, measure) = (self.system.joints[joint].length.lane(lane), self.strain_measure);
         match self.extras.rests.get(joint).map(|rests| rests.map(|q| get_quat(q, lane))) {
-            None => JointForce::of_multipliers(lambda_s, lambda_b, [&a, &b], length),
+            None => JointForce::of_multipliers(measure, lambda_s, lambda_b, [&a, &b], length),
             Some([of_a, of_b]) => {
-                let own = JointForce::of_multipliers(lambda_s, lambda_b, [&(a * of_a), &(b * of_b)], length);
+                let between = [&(a * of_a), &(b * of_b)];
+                let own = JointForce::of_multipliers(measure, lambda_s, lambda_b, between, length);
                 JointForce { moment: of_a * own.moment, ..own }
             }
         }

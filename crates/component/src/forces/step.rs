@@ -76,14 +76,16 @@ impl<T: Real> Component<T> {
 
     /// Changes the rest Darboux vector [1/m] of a joint of one lane.
     pub fn set_rest(&mut self, lane: usize, joint: usize, rest: &Vector3<f64>) {
-        put(&mut self.joints[joint].rest_darboux, lane, vec3(rest));
+        let length = self.system.joints[joint].length.lane(lane);
+        put(&mut self.joints[joint].rest, lane, vec3(&self.strain_measure.at_rest(rest, length)));
     }
 
     /// Makes loads, gravity and rest shapes those of `time` [s].
     pub fn set_forces(&mut self, time: f64) {
         let mut is_other_gravity = false;
         for Varying { lane, of, track } in &self.changing {
-            let value = vec3(&track.at(time));
+            let now = track.at(time);
+            let value = vec3(&now);
             match *of {
                 Target::Gravity => {
                     put(&mut self.gravity, *lane, value);
@@ -91,7 +93,10 @@ impl<T: Real> Component<T> {
                 }
                 Target::Load(place) => put(self.loads[place].given()[0], *lane, value),
                 Target::Torque(place) => put(self.loads[place].given()[1], *lane, value),
-                Target::Rest(joint, _) => put(&mut self.joints[joint].rest_darboux, *lane, value),
+                Target::Rest(joint, _) => {
+                    let length = self.system.joints[joint].length.lane(*lane);
+                    put(&mut self.joints[joint].rest, *lane, vec3(&self.strain_measure.at_rest(&now, length)));
+                }
             }
         }
         if is_other_gravity {

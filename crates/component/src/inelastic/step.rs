@@ -1,5 +1,6 @@
 //! What joints with laws do in a step of a component, and at rest.
 
+use jointed::rotation::RotationRows;
 use kernels::lane::Real;
 use kernels::math::Quat;
 use nalgebra::Vector3;
@@ -31,7 +32,8 @@ impl<T: Real> Component<T> {
     pub(crate) fn strain_of(&self, joint: usize, [a, b]: [Quat<T>; 2]) -> Vector3<f64> {
         let [of_a, of_b] = self.extras.rests.get(joint).map_or([a, b], |rests| [a * rests[0], b * rests[1]]);
         let (terms, constants) = (&self.system.joints[joint], &self.joints[joint]);
-        let strain = (of_a.conj() * of_b).upper().v * (T::splat(2.0) / terms.length) - constants.rest_darboux;
+        let (_, measured) = RotationRows::new(self.strain_measure, (of_a.conj() * of_b).upper());
+        let strain = measured * (T::splat(1.0) / terms.length) - constants.rest;
         pick(strain, 0).0.into()
     }
 

@@ -1,5 +1,6 @@
 //! What the step under way has of what joints have beyond those of the paper.
 
+use jointed::rotation::RotationRows;
 use kernels::lane::Real;
 use kernels::math::Vec3;
 
@@ -24,7 +25,7 @@ impl<T: Real> Component<T> {
             let damped = &mut self.extras.damped[j];
             let [bending, twist, stretch] = damped.times.map(|time| time * rate);
             let kept = |ratio: T| one / (one + ratio);
-            let JointConstants { rest_darboux, stretch: along, shear, bend, twist: about, .. } = self.joints[j];
+            let JointConstants { rest, stretch: along, shear, bend, twist: about, .. } = self.joints[j];
 
             let (bend, about) = (bend * kept(bending), about * kept(twist));
             let (along, shear) = (along * kept(stretch), shear * kept(stretch));
@@ -41,10 +42,11 @@ impl<T: Real> Component<T> {
 
             let [of_a, of_b] = self.extras.rests.get(j).map_or([a.q, b.q], |rests| [a.q * rests[0], b.q * rests[1]]);
             let relative = (of_a.conj() * of_b).upper();
-            let [x, y, z] = (relative.v * (T::splat(2.0) / terms.length) - rest_darboux).0;
+            let measured = RotationRows::new(self.strain_measure, relative).1;
+            let [x, y, z] = (measured * (T::splat(1.0) / terms.length) - rest).0;
             let share = |ratio: T| ratio * kept(ratio);
             let (bending, twist) = (share(bending), share(twist));
-            damped.rest_darboux = rest_darboux + Vec3([x * bending, y * bending, z * twist]);
+            damped.rest = rest + Vec3([x * bending, y * bending, z * twist]);
             let mut gap = a.x - b.x + a.q.axis() * terms.offsets[0] - b.q.axis() * terms.offsets[1];
             if let Some(across) = self.extras.across.get(j) {
                 gap = gap + a.q.rotate(across[0]) - b.q.rotate(across[1]);

@@ -1,5 +1,6 @@
 //! The free rows of a component, and its open grips.
 
+use jointed::rotation::RotationRows;
 use kernels::Spatial;
 use kernels::lane::Real;
 use kernels::math::{Quat, Vec3};
@@ -125,7 +126,8 @@ impl<T: Real> Component<T> {
     /// `conj(q_a) q_b` of a joint at rest.
     fn rest_rotation(&self, joint: usize, lane: usize) -> Quat<f64> {
         let length = self.system.joints[joint].length.lane(lane);
-        let v = pick(self.joints[joint].rest_darboux, lane) * (0.5 * length);
+        let rest = self.strain_measure.darboux_of(&pick(self.joints[joint].rest, lane).0.into(), length);
+        let v = Vec3(rest.into()) * (0.5 * length);
         let squared = v.norm_squared();
         let rest = match squared >= 1.0 {
             true => Quat { v: v * (1.0 / squared.sqrt()), w: 0.0 },
@@ -153,7 +155,8 @@ impl<T: Real> Component<T> {
             let terms = &mut self.system.joints[joint];
             // As the evaluation of joints computes it, to the last bit.
             let bent = (first.conj() * second).upper();
-            let now = pick(bent.v * (T::splat(2.0) / terms.length), lane);
+            let (rows, measured) = RotationRows::new(self.strain_measure, bent);
+            let now = pick(measured * (T::splat(1.0) / terms.length), lane);
             let length = terms.length.lane(lane);
             let [on_a, on_b] = [a, b].map(|body| {
                 let inertia = self.system.bodies[body].inverse_inertia.0;
@@ -163,17 +166,16 @@ impl<T: Real> Component<T> {
             let answer = (on_a.1 + on_b.1) / (length * length);
             let all = (FREE * answer).max(LEAST);
             // What inner damping has made of it in this step, if there is any.
-            let rests = &mut self.joints[joint].rest_darboux;
-            let rest = self.extras.damped.get_mut(joint).map_or(rests, |damped| &mut damped.rest_darboux);
+            let rests = &mut self.joints[joint].rest;
+            let rest = self.extras.damped.get_mut(joint).map_or(rests, |damped| &mut damped.rest);
             let bend = match turns {
                 // The anchor goes with the face, with nothing between them but the hinge's angle.
                 Turns::One if open => Some(all),
                 Turns::One => {
                     rest.0[2].set_lane(lane, now.0[2]);
                     // |N d| of the axis: towards half a turn the rows are scaled by its square.
-                    let (s, t) = (bent.w.lane(lane).max(1e-6), pick(bent.v, lane));
-                    let along = t.0[2] * t.0[2] / s + s;
-                    let scale = along * along + t.0[0] * t.0[0] + t.0[1] * t.0[1];
+                    let axis = Vec3([0.0, 0.0, 1.0].map(T::splat));
+                    let scale = rows.inverse(bent.v, axis).norm_squared().lane(lane);
                     terms.twist_extra.set_lane(lane, (FREE_OF_THREE * answer / scale).max(LEAST));
                     None
                 }

@@ -93,8 +93,8 @@ impl Operator {
         for (k, ((own, terms), &[a, b])) in joints.enumerate() {
             let frame = system.frame(k);
             let (first, second) = (&system.bodies[a as usize], &system.bodies[b as usize]);
-            // G = (1/l) R_a^T (s I - [t]x): its columns are the images of the world axes.
-            let column = |e: Vec3<f64>| frame.rotate_back(e * terms.s - terms.t.cross(e)).0.map(|x| x / terms.length);
+            // The columns of G are the images of the world axes.
+            let column = |e: Vec3<f64>| frame.rotate_back(terms.rows.forward(terms.t, e)).0.map(|x| x / terms.length);
             let columns = [column(Vec3([1.0, 0.0, 0.0])), column(Vec3([0.0, 1.0, 0.0])), column(Vec3([0.0, 0.0, 1.0]))];
             let mut arms = [first.axis * terms.offsets[0], second.axis * terms.offsets[1]];
             if let Some([at_a, at_b]) = system.across.get(k) {

@@ -15,18 +15,18 @@ pub fn of_force<T: Real>(force: Vec3<T>, arm: Vec3<T>) -> Sym3<T> {
 }
 
 /// The second derivative of `-mu.C_b`, the potential of a constant multiplier mu of bend-twist, as its two blocks: of a body
-/// with itself (the same for both, `kappa I`), and of body a (rows) with body b (columns).
+/// with itself (the same for both, S), and of body a (rows) with body b (columns).
 ///
-/// `torque` is `T = G^T mu` on body b in world axes, `kappa = (y.t) / (2 l)` with y = R_a mu and the relative rotation (s, t)
-/// of the rows' frames in world axes. With the quaternion w of exp(-phi_a) exp(phi_b),
+/// `torque` is `T = G^T mu` on body b in world axes, `of_rows` the matrix A of [`crate::rotation::RotationRows::second`] for `R_a mu / l`. With
+/// `exp(-phi_a) exp(phi_b)` to second order,
 ///
 /// ```text
-/// mu.C_b = (2 / l) (w_0 (y.t) + w_v.(s y + t x y))
-///        = const + T.(phi_b - phi_a) - kappa |phi_b - phi_a|^2 / 2 - T.(phi_a x phi_b) / 2 + O(phi^3)
+/// mu.C_b = const + T.(phi_b - phi_a) + (phi_b - phi_a).A (phi_b - phi_a) / 2 - T.(phi_a x phi_b) / 2 + O(phi^3)      S = -A
 /// ```
 #[inline(always)]
-pub fn of_bend_twist<T: Real>(kappa: T, torque: Vec3<T>) -> (Sym3<T>, Coupling<T>) {
-    (Sym3::identity(kappa), Coupling { kappa, half_torque: torque * T::splat(0.5) })
+pub fn of_bend_twist<T: Real>(of_rows: Sym3<T>, torque: Vec3<T>) -> (Sym3<T>, Coupling<T>) {
+    let symmetric = of_rows * T::splat(-1.0);
+    (symmetric, Coupling { symmetric, half_torque: torque * T::splat(0.5) })
 }
 
 /// The symmetric part of the derivative of the inertia's torque `I phi` of a turn phi from the predicted pose, of which s is
@@ -42,11 +42,14 @@ pub fn of_inertia<T: Real>(inertia: Sym3<T>, s: T, phi: Vec3<T>) -> Sym3<T> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+    use kernels::math::Quat;
+    use nalgebra::{Matrix3, UnitQuaternion, Vector3};
     use rand::{Rng, RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use rod::StrainMeasure;
 
     use super::*;
+    use crate::rotation::RotationRows;
 
     fn random(rng: &mut impl Rng) -> Vector3<f64> {
         Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0))
@@ -95,20 +98,24 @@ mod tests {
     #[test]
     fn bend_twist() {
         let rng = &mut ChaCha8Rng::seed_from_u64(2);
-        for _ in 0..20 {
+        for k in 0..40 {
+            let measure = if k % 2 == 0 { StrainMeasure::Angle } else { StrainMeasure::Sine };
             let (q_a, mu, l) = (orientation(rng), random(rng), 0.3);
             let q_b = turned(&q_a, random(rng) * 0.8);
-            let strain = |a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>| {
-                let relative: Quaternion<f64> = (a.inverse() * b).into_inner();
-                relative.imag() * (2.0 / l) * relative.w.signum()
+            let relative = |a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>| {
+                let relative = a.inverse() * b;
+                Quat { v: Vec3([relative.i, relative.j, relative.k]), w: relative.w }.upper()
             };
-            let (phi_a, phi_b) = (random(rng), random(rng));
+            let strain = |a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>| {
+                Vector3::from(RotationRows::new(measure, relative(a, b)).1.0) / l
+            };
+            let (phi_a, phi_b) = (random(rng) * 0.2, random(rng) * 0.2);
             let potential = |h: f64| -mu.dot(&strain(&turned(&q_a, phi_a * h), &turned(&q_b, phi_b * h)));
-            let relative = (q_b * q_a.inverse()).into_inner();
-            let (s, t) = (relative.w.abs(), relative.imag() * relative.w.signum());
-            let y = q_a * mu;
-            let torque = (y * s + t.cross(&y)) / l;
-            let (alone, coupling) = of_bend_twist(y.dot(&t) / (2.0 * l), own(&torque));
+            let (rows, _) = RotationRows::new(measure, relative(&q_a, &q_b));
+            let t = q_a * Vector3::from(relative(&q_a, &q_b).v.0);
+            let y = q_a * mu / l;
+            let torque = Vector3::from(rows.forward_transposed(own(&t), own(&y)).0);
+            let (alone, coupling) = of_bend_twist(rows.second(measure, own(&t), own(&y)), own(&torque));
             let (alone, coupling) = (matrix(alone.full()), matrix(coupling.full()));
             let slope = -torque.dot(&(phi_b - phi_a));
             let curvature =

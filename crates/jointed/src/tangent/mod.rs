@@ -139,12 +139,12 @@ pub struct JointEquation<T = f64> {
     pub rhs: Spatial<T>,
 }
 
-/// How the turns of a joint's bodies are coupled: `-(kappa I + [h]x)` with h half of the torque that it transmits. See
+/// How the turns of a joint's bodies are coupled: `-(S + [h]x)` with a symmetric S, and h half of the torque that it transmits. See
 /// [`curvature::of_bend_twist`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling<T> {
-    /// kappa [kg m^2].
-    pub(crate) kappa: T,
+    /// S [kg m^2].
+    pub(crate) symmetric: Sym3<T>,
     /// h [kg m^2].
     pub(crate) half_torque: Vec3<T>,
 }
@@ -153,25 +153,27 @@ impl<T: Real> Coupling<T> {
     /// Times a turn.
     #[inline(always)]
     pub fn apply(self, x: Vec3<T>) -> Vec3<T> {
-        x.cross(self.half_torque) - x * self.kappa
+        x.cross(self.half_torque) - self.symmetric.apply(x)
     }
 
     /// The transpose.
     #[inline(always)]
     pub(crate) fn transposed(self) -> Self {
-        Self { kappa: self.kappa, half_torque: -self.half_torque }
+        Self { symmetric: self.symmetric, half_torque: -self.half_torque }
     }
 
     /// All nine entries, row by row.
     #[inline(always)]
     pub(crate) fn full(self) -> [[T; 3]; 3] {
-        let ([x, y, z], k) = (self.half_torque.0, -self.kappa);
-        [[k, z, -y], [-z, k, x], [y, -x, k]]
+        let [x, y, z] = self.half_torque.0;
+        let [[xx, xy, xz], [_, yy, yz], [.., zz]] = self.symmetric.full();
+        [[-xx, z - xy, -y - xz], [-z - xy, -yy, x - yz], [y - xz, -x - yz, -zz]]
     }
 
     /// Two side by side.
     #[inline(always)]
     pub(crate) fn both(a: Self, b: Self) -> Coupling<Both<T>> {
-        Coupling { kappa: Both([a.kappa, b.kappa]), half_torque: Vec3::both(a.half_torque, b.half_torque) }
+        let symmetric = Sym3(Both::zip(a.symmetric.0, b.symmetric.0));
+        Coupling { symmetric, half_torque: Vec3::both(a.half_torque, b.half_torque) }
     }
 }

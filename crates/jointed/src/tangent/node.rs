@@ -201,7 +201,7 @@ impl<T: Real> Factor<T> {
             [m[0][k], m[1][k], m[2][k], x, y, z]
         };
         let (rows, alone) = ([row(0), row(1), row(2)], [forces[3], forces[4], forces[5]]);
-        left.turning = turning + Sym3::identity(terms.coupling.kappa * T::splat(-2.0));
+        left.turning = turning + terms.coupling.symmetric * T::splat(-2.0);
         let (bend, of_bend) = Condensation::new(terms.bend, turning, rows, alone);
         bend.take_off(&of_bend, &mut left, &mut forces);
         let added = Left { stiffness: left.seen(terms.arms[1]), forces: Self::on_inner(terms, &forces) };

@@ -70,11 +70,12 @@ pub(crate) struct InnerDamping {
     pub(crate) stretch_s: Option<Number>,
 }
 
-/// What the Darboux vector of a joint is measured from.
+/// What of its rotation a joint's moment goes with, and from where that is measured.
 #[derive(Clone, Copy, Default, Deserialize, PartialEq)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Bending {
     #[default]
+    Angle,
     Paper,
     RestRotation,
 }

@@ -16,6 +16,7 @@ use crate::linear::looped::Looped;
 use crate::linear::operator::Operator;
 use crate::linear::sparse::SparseError;
 use crate::members::Members;
+use crate::rotation::RotationRows;
 use crate::system::System;
 use crate::topology::Topology;
 use kernels::Spatial;
@@ -66,7 +67,7 @@ impl Frozen {
             frames.push(frame);
             terms.offsets = [joint.offset_a, joint.offset_b];
             terms.length = joint.length;
-            terms.s = strained.w.max(1e-6);
+            (terms.rows, _) = RotationRows::new(model.strain_measure, strained);
             terms.t = frame.rotate(strained.v);
         }
         if members.joints.iter().any(|&k| model.joints[k].has_rest_frames()) {

@@ -89,7 +89,10 @@ fn equations(rng: &mut ChaCha8Rng, kind: usize, soft: f64) -> (Topology, Equatio
             length: 1.0,
             arms: [random(rng), random(rng)],
             compliance: [compliance(rng), compliance(rng)],
-            coupling: Coupling { kappa: rng.random_range(-1.0..1.0) * soft, half_torque: random(rng) * soft },
+            coupling: Coupling {
+                symmetric: Sym3::sym_outer(random(rng), random(rng) * soft),
+                half_torque: random(rng) * soft,
+            },
             rhs: random_pair(rng),
         });
     }
@@ -242,7 +245,7 @@ fn long_chains_agree_with_a_dense_solve() {
                 length: 1.0,
                 arms: [Vec3([0.5, 0.0, 0.0]) + random(rng) * 0.1, Vec3([-0.5, 0.0, 0.0])],
                 compliance: [positive(rng, 1e-3 / stiff), positive(rng, 1.0 / stiff)],
-                coupling: Coupling { kappa: 0.0, half_torque: random(rng) * 0.01 },
+                coupling: Coupling { symmetric: Sym3::zero(), half_torque: random(rng) * 0.01 },
                 rhs: random_pair(rng),
             });
         }
@@ -359,7 +362,7 @@ fn lanes_have_the_bits_of_systems_alone() {
                     arms: [0, 1].map(|end| vec(&|system| system.joints[j].arms[end])),
                     compliance: [0, 1].map(|part| sym(&|system| system.joints[j].compliance[part])),
                     coupling: Coupling {
-                        kappa: lanes(&|system| system.joints[j].coupling.kappa),
+                        symmetric: sym(&|system| system.joints[j].coupling.symmetric),
                         half_torque: vec(&|system| system.joints[j].coupling.half_torque),
                     },
                     rhs: spatial(&|system| system.joints[j].rhs),
