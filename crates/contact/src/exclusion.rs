@@ -80,7 +80,7 @@ impl PairFilter {
     }
 
     /// Whether nothing but what they are keeps bodies `a` < `b` from touching.
-    fn are_apart(&self, a: u32, b: u32) -> bool {
+    pub(crate) fn are_apart(&self, a: u32, b: u32) -> bool {
         if !self.stored.is_empty() && (self.stored.contains(&a) || self.stored.contains(&b)) {
             return false;
         }

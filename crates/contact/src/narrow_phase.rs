@@ -236,7 +236,14 @@ impl NarrowPhase {
             ];
             boxes.push(around(ends.as_flattened(), shape.radius * (1.0 + self.params.search_room)));
         }
-        out.retain(|contact| contact.impulse != Vec3::zero() && contact.is_of_mesh());
+        out.retain(|contact| {
+            let (a, partner, _) = contact.key;
+            let may_touch = !self.filter.is_stored(a)
+                && partner
+                    .segment()
+                    .map_or(self.shapes[a as usize].free, |b| self.filter.are_apart(a.min(b), a.max(b)));
+            contact.impulse != Vec3::zero() && contact.is_of_mesh() && may_touch
+        });
         out.iter_mut().for_each(|contact| *contact = Contact::new(contact.key, contact.friction, contact.radius));
         self.with_half_spaces(search, out);
         self.with_sheaths(search, out);

@@ -206,13 +206,29 @@ impl Tube {
                 continue;
             }
             let near = |mouth: &usize| (x - mouths[*mouth]).norm_squared() < (2.0 * self.reach[*mouth]).powi(2);
-            let Some(mouth) = (0..2).find(near) else { continue };
-            let place = self.nearest(x, [0.0, length][mouth], &pose);
-            let beyond = self.beyond(place).0;
-            let comes_in = beyond < self.reach[mouth]
-                && beyond > -self.reach[mouth]
-                && self.distance(x, place, &pose) <= self.wall(place, radius(inner));
-            if comes_in {
+            let through = |mouth: usize| {
+                let place = self.nearest(x, [0.0, length][mouth], &pose);
+                let (beyond, at) = self.beyond(place);
+                let is_near = at == mouth && beyond < self.reach[mouth] && beyond > -self.reach[mouth];
+                let comes_in = is_near && self.distance(x, place, &pose) <= self.wall(place, radius(inner));
+                comes_in.then_some(place)
+            };
+            if let Some(place) = (0..2).filter(near).find_map(through) {
+                self.places[k] = place;
+            }
+        }
+        // What has come in by more than that in one step is behind what is inside.
+        for (k, beside) in
+            (1..self.places.len()).map(|k| (k, k - 1)).chain((1..self.places.len()).rev().map(|k| (k - 1, k)))
+        {
+            if !self.places[k].is_nan() || self.places[beside].is_nan() {
+                continue;
+            }
+            let inner = self.inner.start + k as u32;
+            let x = pose(inner).x;
+            let place = self.nearest(x, self.places[beside], &pose);
+            let (beyond, mouth) = self.beyond(place);
+            if beyond < -self.reach[mouth] && self.distance(x, place, &pose) <= self.wall(place, radius(inner)) {
                 self.places[k] = place;
             }
         }

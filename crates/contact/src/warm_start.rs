@@ -18,7 +18,7 @@ pub struct Pressed {
     steps: u32,
 }
 
-/// Finds the contacts of a search; of `contacts`, those that press leave their impulses to those between the same places.
+/// Finds the contacts of a search; of `contacts`, those that press leave their impulses to those between the same places, and all their targets.
 pub fn find(
     detector: &NarrowPhase,
     search: &mut BroadPhase,
@@ -33,7 +33,8 @@ pub fn find(
         kept.guess = contact.local(contact.impulse);
         kept
     };
-    remembered.extend(contacts.iter().filter(|c| c.impulse != Vec3::zero()).map(keep));
+    // What holds a place in an obstacle lets it be there, whether it presses yet or not.
+    remembered.extend(contacts.iter().filter(|c| c.impulse != Vec3::zero() || c.target < 0.0).map(keep));
     detector.detect(search, again, components, contacts);
     let mut old = remembered.iter().peekable();
     for contact in contacts.iter_mut() {

@@ -172,16 +172,8 @@ impl<T: Real> RotationRows<T> {
 }
 
 /// `asin(s) / s` of the square of s.
-const ARC_SINE: [f64; 8] = [
-    1.0,
-    1.0 / 6.0,
-    3.0 / 40.0,
-    5.0 / 112.0,
-    35.0 / 1152.0,
-    63.0 / 2816.0,
-    231.0 / 13312.0,
-    143.0 / 10240.0,
-];
+const ARC_SINE: [f64; 8] =
+    [1.0, 1.0 / 6.0, 3.0 / 40.0, 5.0 / 112.0, 35.0 / 1152.0, 63.0 / 2816.0, 231.0 / 13312.0, 143.0 / 10240.0];
 /// `(1 - (theta / 2) cot(theta / 2)) / theta^2` of the square of theta.
 const COTANGENT: [f64; 5] = [1.0 / 12.0, 1.0 / 720.0, 1.0 / 30240.0, 1.0 / 1_209_600.0, 1.0 / 47_900_160.0];
 /// Its derivative.
@@ -255,7 +247,9 @@ mod tests {
                 let slope = (at(1e-5) - at(-1e-5)) / 2e-5;
                 let found = vector(rows.forward(t, own(w)));
                 assert!((found - slope).norm() < 1e-8, "{measure:?}, {}: {found} for {slope}", theta.angle());
-                for back in [rows.inverse(t, own(found)), rows.inverse_transposed(t, rows.forward_transposed(t, own(w)))] {
+                for back in
+                    [rows.inverse(t, own(found)), rows.inverse_transposed(t, rows.forward_transposed(t, own(w)))]
+                {
                     assert!((vector(back) - w).norm() < 1e-12, "{measure:?}, {}", theta.angle());
                 }
                 let square = Matrix3::from_columns(
@@ -294,7 +288,9 @@ mod tests {
 
     #[test]
     fn lanes_do_not_mix() {
-        let alone = |angle: f64| RotationRows::new(StrainMeasure::Angle, quat(&UnitQuaternion::from_scaled_axis(Vector3::x() * angle)));
+        let alone = |angle: f64| {
+            RotationRows::new(StrainMeasure::Angle, quat(&UnitQuaternion::from_scaled_axis(Vector3::x() * angle)))
+        };
         let (mut q, angles) = (Quat::<Lanes<4>>::identity(), [0.01, 2.0, 0.1, 0.3]);
         for (lane, angle) in angles.into_iter().enumerate() {
             let Quat { v, w } = quat(&UnitQuaternion::from_scaled_axis(Vector3::x() * angle));

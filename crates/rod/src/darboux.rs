@@ -105,7 +105,6 @@ fn cotangent(s: f64, u: &Vector3<f64>) -> f64 {
     (1.0 - arc(u)[0] * s) / x
 }
 
-
 /// Scalar and vector part of conj(q_a) q_b, flipped to a scalar part >= 0 so that the shorter rotation counts.
 #[inline]
 pub fn relative_rotation(q_a: &UnitQuaternion<f64>, q_b: &UnitQuaternion<f64>) -> (f64, Vector3<f64>) {
@@ -174,7 +173,13 @@ mod tests {
                 let relative = relative_rotation(&q_a, &q_b);
                 let torque = measure.torque(relative, &m);
                 let turn = Vector3::new(0.2, 0.7, -0.4);
-                let at = |h: f64| m.dot(&measure.strain(&q_a, &(q_a * UnitQuaternion::from_scaled_axis(turn * h) * (q_a.inverse() * q_b)), 1.0));
+                let at = |h: f64| {
+                    m.dot(&measure.strain(
+                        &q_a,
+                        &(q_a * UnitQuaternion::from_scaled_axis(turn * h) * (q_a.inverse() * q_b)),
+                        1.0,
+                    ))
+                };
                 let work = (at(1e-5) - at(-1e-5)) / 2e-5;
                 assert!((torque.dot(&turn) - work).abs() < 1e-8, "{measure:?} {angle}");
                 assert!((measure.multiplier(relative, &torque) - m).norm() < 1e-12, "{measure:?} {angle}");

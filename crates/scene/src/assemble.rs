@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 use rod::{
-    Air, Assembly, Body, Change, Changing, Damping, Gusts, Integrator, Lift, Load, Model, ModelError, SlidingJoint, StrainMeasure,
-    Wind,
+    Air, Assembly, Body, Change, Changing, Damping, Gusts, Integrator, Lift, Load, Model, ModelError, SlidingJoint,
+    StrainMeasure, Wind,
 };
 use toml::Spanned;
 

@@ -36,8 +36,9 @@ pub(crate) fn demo() -> Result<Outcome> {
     if !matches!(outcome, Outcome::Done) {
         return Ok(outcome);
     }
-    let scene = scene(&cli.scene)?.scene;
+    let mut scene = scene(&cli.scene)?.scene;
     let settings = settings(&cli.scene, cli.run.guess, &scene.run);
+    scene.model = settings.step.formulation.measured(&scene.model).into_owned();
     let training = Training::for_scene(&cli.run.learned, cli.run.guess.as_slice(), None, &scene, true)?;
     let cg = way((&cli.scene, &cli.run), &scene, &settings.step)?.solver;
     // The rod stays in a plane; of the guesses, gn alone does not know that by itself.

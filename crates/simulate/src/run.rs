@@ -55,6 +55,7 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     let rods = rods::named(&scene, args)?;
     use_threads(scene_args)?;
     let mut settings = settings(scene_args, args.guess, &scene.run);
+    scene.model = settings.step.formulation.measured(&scene.model).into_owned();
     let Way { solver, guess: name, choice, chosen } = way((scene_args, args), &scene, &settings.step)?;
     settings.solver = solver;
     let quiet = scene_args.quiet || scene_args.json;
@@ -234,8 +235,8 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
                 let steps =
                     if reached.past_half_turn == 1 { "1 step" } else { &format!("{} steps", reached.past_half_turn) };
                 Outcome::Inaccurate(format!(
-                    "{}: in {steps} a joint with a rest strain, a law or inner damping turned past half a turn, where its energy jumps: \
-                     the results may be wrong; try more segments",
+                    "{}: in {steps} a joint turned past half a turn, where it loses a turn of its twist, or its energy jumps: the results may be \
+                     wrong; try more segments",
                     scene.name
                 ))
             }

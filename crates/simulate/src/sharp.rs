@@ -1,17 +1,21 @@
-//! Joints that turn so far that they answer too softly: the strain of a joint is twice the sine of half its angle.
+//! Joints that turn so far that they answer too softly or too stiffly, or may lose a turn, by how a scene measures them ([`StrainMeasure`]).
 
 use std::fmt::{self, Display, Formatter};
 
 use cosserat::nalgebra::UnitQuaternion;
 use cosserat::scene::Scene;
-use cosserat::state::{Body, Freedom, Joint, Model, State};
+use cosserat::state::{Body, Freedom, Joint, Model, State, StrainMeasure};
 use serde::Serialize;
 
 use crate::held::place;
 use crate::numbers::{number, share};
 
-/// Angle of a joint from which on a run says so [degrees]: there a joint is 2 % too soft.
+/// Angle of a joint from which on a run says so [degrees], where its moment goes with the sine: there it is 2 % too soft.
 const SHARP: f64 = 20.0;
+/// The same where its moment goes with the angle: at 180 degrees a turn is lost.
+const NEARLY_HALF_A_TURN: f64 = 120.0;
+/// Angle at rest from which on a run says so there [degrees]: about other axes than that of its rest a joint is 4 % too stiff.
+const BENT: f64 = 40.0;
 
 /// The largest angle of a joint so far.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,8 +60,11 @@ pub(crate) struct SharpJoint {
     angle_deg: f64,
     /// What of that it has at rest [degrees].
     rest_deg: f64,
-    /// Share of its moment that is missing where it turns further about the axis of its rest.
+    /// Share of its moment that is missing where it turns further about the axis of its rest; where its moment goes with the angle, about others:
+    /// it is too stiff then, and this is negative.
     moment_missing: f64,
+    #[serde(skip)]
+    measure: StrainMeasure,
     /// Segments of the rod with which no joint would turn further than a run lets pass; `None` where the rest is most of the angle.
     #[serde(skip_serializing_if = "Option::is_none")]
     segments_needed: Option<usize>,
@@ -67,21 +74,34 @@ impl SharpJoint {
     /// The sharpest joint of a scene, if it is one.
     pub(crate) fn of(scene: &Scene, sharpest: &Sharpest) -> Option<Self> {
         let angle_deg = sharpest.angle.to_degrees();
-        let joint = scene.model.joints.get(sharpest.joint).filter(|_| angle_deg > SHARP)?;
+        let measure = scene.model.strain_measure;
+        let joint = scene.model.joints.get(sharpest.joint)?;
+        let (at_rest, turned) = (rest(joint).angle(), sharpest.turned);
+        let bent = measure == StrainMeasure::Angle && at_rest.to_degrees() > BENT;
+        let limit = if measure == StrainMeasure::Sine { SHARP } else { NEARLY_HALF_A_TURN };
+        if angle_deg <= limit && !bent {
+            return None;
+        }
         let segment = [joint.a, joint.b].into_iter().find_map(|body| match body {
             Body::Segment(i) if scene.model.segments[i].body.is_none() => Some(i),
             _ => None,
         })?;
         let rod = scene.model.segments[segment].rod;
         let segments = scene.model.segments.iter().filter(|own| own.rod == rod).count();
-        let (at_rest, turned) = (rest(joint).angle(), sharpest.turned);
-        let needed = (segments as f64 * angle_deg / SHARP).ceil() as usize;
+        let needed = (segments as f64 * angle_deg / limit).ceil() as usize;
+        let half = 0.5 * at_rest;
+        let (missing, is_of_rest) = match measure {
+            StrainMeasure::Sine => (missing(at_rest, turned), turned <= at_rest),
+            StrainMeasure::Angle if bent => (1.0 - (half / half.sin()).powi(2), true),
+            StrainMeasure::Angle => (0.0, false),
+        };
         Some(Self {
             between: [joint.a, joint.b].map(|body| place(scene, body)),
             angle_deg,
             rest_deg: at_rest.to_degrees(),
-            moment_missing: missing(at_rest, turned),
-            segments_needed: (turned > at_rest).then_some(needed),
+            moment_missing: missing,
+            measure,
+            segments_needed: (!is_of_rest).then_some(needed),
         })
     }
 }
@@ -98,9 +118,21 @@ fn missing(at_rest: f64, turned: f64) -> f64 {
 
 impl Display for SharpJoint {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self { between: [a, b], angle_deg, rest_deg, moment_missing, segments_needed } = self;
-        let missing = share(100.0 * moment_missing);
+        let Self { between: [a, b], angle_deg, rest_deg, moment_missing, measure, segments_needed } = self;
+        let missing = share(100.0 * moment_missing.abs());
         match segments_needed {
+            Some(needed) if *measure == StrainMeasure::Angle => write!(
+                f,
+                "warning: the joint between {a} and {b} turned by {} degrees, and loses a turn at 180; with {needed} segments joints \
+                 turn by less than {NEARLY_HALF_A_TURN} degrees",
+                number(*angle_deg)
+            ),
+            None if *measure == StrainMeasure::Angle => write!(
+                f,
+                "warning: the joint between {a} and {b} is bent by {} degrees at rest, and up to {missing} % too stiff about other axes \
+                 than that of its rest; bending = \"rest-rotation\" gives it the stiffness of its material",
+                number(*rest_deg)
+            ),
             Some(needed) => write!(
                 f,
                 "warning: the joint between {a} and {b} turned by {} degrees; its moment goes with the sine of that and is \

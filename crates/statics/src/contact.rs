@@ -16,6 +16,8 @@
 //!
 //! for the axes d of the segment and e of the obstacle; an end of an axis does not slide, and a plane has `rho` infinite.
 
+use std::collections::HashSet;
+
 use collision::closest;
 use component::{Component, Members};
 use jointed::tangent::elimination::Elimination;
@@ -38,6 +40,10 @@ const TENSION: f64 = 10.0;
 const RISE: f64 = 0.5;
 /// How far what presses may slide in a step, over the distance of the axes.
 const ASIDE: f64 = 0.3;
+/// The same distance is at least such a share of the radius, so that what is on the axis leaves it.
+const LEAST_DISTANCE: f64 = 0.1;
+/// Distance over the radius up to which axes cross, and no direction from one to the other is known.
+const ON_THE_AXIS: f64 = 1e-9;
 /// The share of an axis that is its end.
 const END: f64 = 1e-9;
 /// Axes that are parallel to within this sine squared do not slide along each other.
@@ -123,27 +129,14 @@ impl Contacts {
                 stiffness = stiffness.max(STIFFNESS / (least * joint.length * length.powi(3)));
             }
         }
+        // Where two segments meet end to end, the end of the first one stands for both if it is as thick, unless the joint gives way across.
+        let goes_on: HashSet<usize> = members.joints.iter().filter_map(|&k| going_on(model, k)).collect();
         for (body, &index) in members.segments.iter().enumerate() {
             let Some((half, radius)) = model.segments[index].capsule() else { continue };
             if component.system.topology.fixed[body] {
                 continue;
             }
-            // Where two segments meet end to end, the end of the first one stands for both if it is as thick, unless the joint gives way across.
-            let is_end = |offset: f64, half: f64| (offset.abs() - half).abs() <= 1e-6 * half;
-            let goes_on = model.joints.iter().zip(0..).any(|(joint, k)| {
-                let rod::Body::Segment(other) = joint.a else { return false };
-                let ends_there = |(other_half, other_radius): (f64, f64)| {
-                    other_radius >= radius && is_end(joint.offset_a, other_half)
-                };
-                members.joints.binary_search(&k).is_ok()
-                    && joint.b == rod::Body::Segment(index)
-                    && joint.offset_b < 0.0
-                    && is_end(joint.offset_b, half)
-                    && joint.mount.is_none()
-                    && joint.freedom != rod::Freedom::Broken
-                    && joint.shear_compliance <= rod::Joint::RIGID
-                    && model.segments[other].capsule().is_some_and(ends_there)
-            });
+            let goes_on = goes_on.contains(&index);
             for (obstacle, shape) in obstacles.iter().enumerate() {
                 let of_plane = [(!goes_on).then_some(-half), Some(half)];
                 let ends = match shape {
@@ -257,7 +250,7 @@ impl Contacts {
             let dp = &elimination.corrections[contact.body];
             let moved = Vector3::from(dp.linear.0) + Vector3::from(dp.angular.0).cross(&contact.arm);
             let aside = (moved - contact.normal * contact.normal.dot(&moved)).norm();
-            ASIDE * contact.distance / aside.max(f64::MIN_POSITIVE)
+            ASIDE * contact.distance.max(LEAST_DISTANCE * contact.radius) / aside.max(f64::MIN_POSITIVE)
         })
         .fold(f64::INFINITY, f64::min)
     }
@@ -274,6 +267,22 @@ impl Contacts {
             slip: Vector3::zeros(),
         })
     }
+}
+
+/// The segment whose start is the end of another at a joint that does not give way across, if that one is as thick.
+fn going_on(model: &Model, joint: usize) -> Option<usize> {
+    let joint = &model.joints[joint];
+    let (rod::Body::Segment(first), rod::Body::Segment(second)) = (joint.a, joint.b) else { return None };
+    let is_end = |offset: f64, half: f64| (offset.abs() - half).abs() <= 1e-6 * half;
+    let [(half_a, radius_a), (half_b, radius_b)] =
+        [model.segments[first].capsule()?, model.segments[second].capsule()?];
+    let holds = joint.mount.is_none()
+        && joint.freedom != rod::Freedom::Broken
+        && joint.shear_compliance <= rod::Joint::RIGID
+        && joint.offset_b < 0.0
+        && is_end(joint.offset_b, half_b)
+        && is_end(joint.offset_a, half_a);
+    (holds && radius_a >= radius_b).then_some(second)
 }
 
 impl Contact {
@@ -297,7 +306,7 @@ impl Contact {
         let is_neighbours = self.goes_on && near.s < END;
         self.gap = if is_neighbours { f64::INFINITY } else { near.distance - radius - self.radius };
         let across = d.cross(&if d.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() }).normalize();
-        self.normal = near.separation.try_normalize(0.0).unwrap_or(across);
+        self.normal = near.separation.try_normalize(ON_THE_AXIS * self.radius).unwrap_or(across);
         let within = |share: f64| (END..1.0 - END).contains(&share);
         let along = (other[1] - other[0]).try_normalize(0.0);
         self.slides = [within(near.s).then_some(d), along.filter(|_| within(near.t))];

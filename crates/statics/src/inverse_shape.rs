@@ -115,7 +115,8 @@ pub fn rest_shape(model: &mut Model, state: &mut State) -> Result<(), RestShapeE
         let own = a.inverse() * torque;
         let multiplier = model.strain_measure.multiplier((s.max(1e-6), v), &own) * joint.length;
         let bent = joint.bend_twist_compliance().component_mul(&multiplier);
-        let rest = model.strain_measure.darboux_of(&(model.strain_measure.strain(&a, &b, joint.length) + bent), joint.length);
+        let rest =
+            model.strain_measure.darboux_of(&(model.strain_measure.strain(&a, &b, joint.length) + bent), joint.length);
         // NaN is refused, too.
         let half_a_turn = 2.0 / joint.length;
         if rest.norm().partial_cmp(&half_a_turn) != Some(std::cmp::Ordering::Less) {

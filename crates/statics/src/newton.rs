@@ -107,7 +107,7 @@ pub(super) fn descend(
         // A contact beside what holds the rod closes slowly, and bears what the grip would bear.
         let is_closing = contacts.change < 0.9 * change_before || contacts.change > contacts.negligible;
         let is_open = contacts.change > params.tolerance * shortest && is_closing;
-        if report.movement > params.tolerance || is_open || waits || !are_placed {
+        if report.movement > params.tolerance || is_open || waits || !are_placed || farthest < 1.0 {
             continue;
         }
         if shift.is_least() {

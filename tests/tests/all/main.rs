@@ -1,5 +1,6 @@
 //! All acceptance tests as one program, which builds faster than one a file.
 
+mod angles;
 mod auto;
 mod bdf2;
 mod bent_wire;

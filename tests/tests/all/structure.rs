@@ -31,7 +31,7 @@ const CONSTANTS: [(&str, usize); 32] = [
     ("friction", 22),
     ("graph", 24),
     ("identify", 39),
-    ("jointed", 16),
+    ("jointed", 17),
     ("kernels", 5),
     ("knn", 3),
     ("laws", 10),

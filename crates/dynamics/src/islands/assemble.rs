@@ -220,7 +220,10 @@ impl Assembly {
             first_groups.push(groups.len());
             let own = &by_set[ends[0]..ends[1]];
             let set = &sets[component as usize];
-            let is_long = own.len() > LONG && !set.exact.as_ref().is_some_and(|exact| exact.is_taken());
+            // A contact with a sheath's wall has two sides on the outer rod, which belong into one group.
+            let is_long = own.len() > LONG
+                && !set.exact.as_ref().is_some_and(|exact| exact.is_taken())
+                && !own.iter().any(|&k| contact(k).is_of_sheath());
             let touch = if is_long { set.touch.as_deref() } else { None };
             let transfers = match touch.map(|touch| &touch.response) {
                 Some(Compliance::Tree(transfers)) if transfers.are_chains() => transfers,

@@ -460,7 +460,8 @@ impl IslandContacts {
 
     /// The largest error of any contact at the poses evaluated last, relative to the smaller radius.
     pub(crate) fn worst(&self) -> f64 {
-        self.contacts.iter().map(|contact| contact.residual).fold(0.0, f64::max)
+        let in_radii = |contact: &Contact| contact.residual * (contact.radius.min(self.unit) / contact.radius);
+        self.contacts.iter().map(in_radii).fold(0.0, f64::max)
     }
 
     /// Forgets all impulses, as far as a step taken back is concerned.

@@ -46,9 +46,9 @@ fn assert_balanced(model: &Model, before: &State, state: &State, forces: &[Joint
         let at = before.internal(k).unwrap_or(&virgin);
         let strain = bend_strain(model, state, joint);
         let moment = own.law.answer(&joint.bend_twist_stiffness(), &strain, at, f64::INFINITY).moment;
-        // Strains are of twice the sine of half of the joint's turn: its axis, and by the cosine what does work on a turn.
-        let sine = (strain + joint.rest_darboux) * (0.5 * joint.length);
-        let moment = (moment * (1.0 - sine.norm_squared()).sqrt() + sine.cross(&moment)).norm();
+        let [a, b] = joint.frames(model, state);
+        let none = Vector3::zeros();
+        let moment = JointForce::of_multipliers(model.strain_measure, none, moment, [&a, &b], 1.0).moment.norm();
         let found = forces[own.joint].moment.norm();
         assert!((found - moment).abs() < 1e-6 * found.max(0.1), "joint {}: {found} {moment}", own.joint);
         let now = state.internals[k].strain;

@@ -54,6 +54,28 @@ enum Memory<T> {
     Ring(TreeElimination<T, 7>, usize),
 }
 
+/// Joints of each free body to others, and the least number of loops that they close.
+struct Loops {
+    joints: Vec<usize>,
+    least: usize,
+}
+
+impl Loops {
+    fn new(topology: &Topology) -> Self {
+        let mut joints = vec![0; topology.bodies()];
+        let is_free = |body: &u32| !topology.fixed[*body as usize];
+        let between = topology.joints.iter().filter(|ends| ends.iter().all(is_free));
+        let count = between.map(|ends| ends.iter().for_each(|&body| joints[body as usize] += 1)).count();
+        let bodies = topology.fixed.iter().filter(|fixed| !**fixed).count();
+        Self { joints, least: (count + 1).saturating_sub(bodies) }
+    }
+
+    /// Whether no loop may be left without a body: it opens one fewer than it has joints, at most.
+    fn may_go_with(&self, body: usize) -> bool {
+        self.joints[body] > self.least
+    }
+}
+
 impl<T: Real> Elimination<T> {
     /// Memory for systems of this connectivity; `None` where one body less would leave loops, and for any loop in lanes.
     pub fn new(topology: &Topology) -> Option<Self> {
@@ -69,7 +91,10 @@ impl<T: Real> Elimination<T> {
             }
             None if T::IN_LANES => return None,
             None => {
-                let (topology, far) = (0..topology.bodies()).find_map(|far| Some((without(far)?, far)))?;
+                let loops = Loops::new(topology);
+                let may_be_far = |far: &usize| loops.may_go_with(*far);
+                let found = (0..topology.bodies()).filter(may_be_far).find_map(|far| Some((without(far)?, far)));
+                let (topology, far) = found?;
                 let memory = Memory::Ring(TreeElimination::new(&topology, (0, 0)), far);
                 (topology, memory)
             }

@@ -186,14 +186,15 @@ fn a_run_says_where_its_integrator_brakes_what_goes_round() {
     assert!(!silent.contains("time step:"), "{silent}");
 }
 
-/// Four turns of twist in 40 segments are 36 degrees a joint. Below 20 degrees a run says nothing.
+/// Four turns of twist in 40 segments are 36 degrees a joint. Where its moment goes with the sine of that a run says so, from 20 degrees on; where it goes
+/// with the angle, from 120 degrees on.
 #[test]
 fn a_run_says_where_joints_turn_too_far() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("twist.toml");
-    let scene = |turns: f64, seconds: f64| {
+    let scene = |bending: &str, turns: f64, seconds: f64| {
         format!(
-            "gravity_m_s2 = [0, 0, 0]\nrun = {{ dt_s = 0.01, steps = {} }}\ndamping = {{ linear_per_s = 5, angular_per_s = 5 \
+            "bending = \"{bending}\"\ngravity_m_s2 = [0, 0, 0]\nrun = {{ dt_s = 0.01, steps = {} }}\ndamping = {{ linear_per_s = 5, angular_per_s = 5 \
              }}\n[[rods]]\nname = \"c\"\nradius_m = 0.005\nshape.straight = {{ length_m = 1, segments = 40 }}\nclamp = \
              [\"start-face\"]\nsection.stiffness = {{ bending_n_m2 = [5, 5], torsion_n_m2 = 0.04, mass_kg_m = 0.0785, \
              polar_inertia_kg_m = 1e-5 }}\n[[rods.motions]]\nat = \"end-face\"\ntimes_s = [0, {seconds}]\nturns_deg = [[0, 0, \
@@ -202,27 +203,33 @@ fn a_run_says_where_joints_turn_too_far() {
             turns * 360.0
         )
     };
-    let summary = |turns: f64| {
-        std::fs::write(&path, scene(turns, 2.0)).expect("a scene");
+    let summary = |bending: &str, turns: f64| {
+        std::fs::write(&path, scene(bending, turns, 2.0)).expect("a scene");
         crate::common::json(&[path.to_str().expect("UTF-8")])
     };
-    let far = summary(4.0);
+    let far = summary("paper", 4.0);
     let joint = &far["sharp_joint"];
     let [angle, missing, needed] =
         ["angle_deg", "moment_missing", "segments_needed"].map(|key| joint[key].as_f64().expect("a number"));
     // 36 degrees a joint.
     assert!((angle - 36.0).abs() < 2.0 && (missing - 0.065).abs() < 0.01, "{joint}");
     assert!((70.0..78.0).contains(&needed), "{joint}");
-    assert!(summary(1.8)["sharp_joint"].is_null());
+    assert!(summary("paper", 1.8)["sharp_joint"].is_null());
+    assert!(summary("angle", 4.0)["sharp_joint"].is_null());
+    let nearly = &summary("angle", 14.0)["sharp_joint"];
+    assert!((nearly["angle_deg"].as_f64().expect("a number") - 126.0).abs() < 2.0, "{nearly}");
+    assert_eq!(nearly["segments_needed"], 42, "{nearly}");
     // A net's ropes cross at right angles at rest: more segments would not help.
     let net = "gravity_m_s2 = [0, 0, 0]\nrun.steps = 2\n[[nets]]\nsize_m = [1, 1]\nmeshes = [1, 1]\nsegments = 2\n";
     let of = |bending: &str| {
         std::fs::write(&path, format!("{bending}{net}")).expect("a scene");
         crate::common::json(&[path.to_str().expect("UTF-8")])["sharp_joint"].clone()
     };
-    let crossing = of("");
-    let [at_rest, missing] = ["rest_deg", "moment_missing"].map(|key| crossing[key].as_f64().expect("a number"));
-    assert!((at_rest - 90.0).abs() < 1e-6 && (missing - 0.5).abs() < 1e-6, "{crossing}");
-    assert!(crossing["segments_needed"].is_null(), "{crossing}");
+    for (bending, expected) in [("bending = \"paper\"\n", 0.5), ("", 1.0 - std::f64::consts::PI.powi(2) / 8.0)] {
+        let crossing = of(bending);
+        let [at_rest, missing] = ["rest_deg", "moment_missing"].map(|key| crossing[key].as_f64().expect("a number"));
+        assert!((at_rest - 90.0).abs() < 1e-6 && (missing - expected).abs() < 1e-6, "{crossing}");
+        assert!(crossing["segments_needed"].is_null(), "{crossing}");
+    }
     assert!(of("bending = \"rest-rotation\"\n").is_null());
 }

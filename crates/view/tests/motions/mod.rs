@@ -109,7 +109,7 @@ impl Motion {
                 let lambda_b = -rod::measure::bend_strain(&self.model, state, joint) / joint.bend_compliance;
                 let [a, b] = [joint.a, joint.b].map(|body| self.model.pose(body, state).orientation);
                 let lambda_s = force(k) - gap / joint.stretch_compliance;
-                JointForce::of_multipliers(lambda_s, lambda_b, [&a, &b], joint.length)
+                JointForce::of_multipliers(self.model.strain_measure, lambda_s, lambda_b, [&a, &b], joint.length)
             })
             .collect()
     }

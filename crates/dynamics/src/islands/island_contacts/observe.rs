@@ -61,7 +61,7 @@ impl IslandContacts {
 
     /// The largest error of the contacts as they are evaluated.
     fn error(&mut self, shared: &Shared, components: &mut Sets<'_>, tolerance: f64) -> f64 {
-        let mut worst = 0.0_f64;
+        let (mut worst, mut is_finite) = (0.0_f64, true);
         for contact in &mut self.contacts {
             contact.residual = 0.0;
             if contact.is_left_out || (contact.is_duplicate && contact.impulse == Vec3::zero()) {
@@ -80,10 +80,11 @@ impl IslandContacts {
             } else {
                 (-short).max(0.0)
             } / contact.radius.min(self.unit);
-            worst = if contact.residual.is_nan() { f64::NAN } else { worst.max(contact.residual) };
+            is_finite &= short.is_finite() && contact.slip.norm_squared().is_finite();
+            worst = worst.max(contact.residual);
         }
         self.press(shared, components);
-        worst
+        if is_finite { worst } else { f64::NAN }
     }
 
     /// Sums the impulses of the step in the components' `pushed`, with the current arms, and the stiffness of contacts.

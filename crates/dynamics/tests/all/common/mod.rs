@@ -151,7 +151,8 @@ pub fn dense_matrix(system: &System<f64>) -> DMatrix<f64> {
         let [a, b] = system.topology.joints[k].map(|body| body as usize);
         let r_a = rotation(system.frame(k));
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vec3);
-        let g = r_a.transpose() * Matrix3::from_columns(&axes.map(|e| v(terms.rows.forward(terms.t, e)))) / terms.length;
+        let g =
+            r_a.transpose() * Matrix3::from_columns(&axes.map(|e| v(terms.rows.forward(terms.t, e)))) / terms.length;
         for (end, (body, sigma, z)) in [(a, 1.0, terms.offsets[0]), (b, -1.0, terms.offsets[1])].into_iter().enumerate()
         {
             let across = system.across.get(k).map_or(Vector3::zeros(), |ends| v(ends[end]));
