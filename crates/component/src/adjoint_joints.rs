@@ -85,7 +85,7 @@ impl<T: Real> Component<T> {
         let mut out = Sym3::<T>::zero();
         for lane in 0..T::LANES {
             let length = self.system.joints[j].length.lane(lane);
-            let rest = self.strain_measure.darboux_of(&pick(self.joints[j].rest, lane).0.into(), length);
+            let rest = pick(self.joints[j].darboux, lane).0.into();
             let slope = self.strain_measure.slope_at_rest(&rest, length);
             for (own, (r, c)) in out.0.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]) {
                 own.set_lane(lane, slope[(r, c)]);

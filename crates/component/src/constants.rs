@@ -47,8 +47,10 @@ impl<T: Real> BodyConstants<T> {
 /// What stays the same of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointConstants<T> {
-    /// The strain at rest [1/m], by the set's measure.
+    /// The strain at rest [1/m], by the set's measure; what turns freely has there what it has turned by.
     pub(super) rest: Vec3<T>,
+    /// The Darboux vector at rest that it is of [1/m].
+    pub(super) darboux: Vec3<T>,
     pub(super) stretch: T,
     pub(super) shear: T,
     pub(super) bend: T,
@@ -59,6 +61,7 @@ impl<T: Real> JointConstants<T> {
     pub(super) fn pick(&self, lane: usize) -> JointConstants<f64> {
         JointConstants {
             rest: pick(self.rest, lane),
+            darboux: pick(self.darboux, lane),
             stretch: self.stretch.lane(lane),
             shear: self.shear.lane(lane),
             bend: self.bend.lane(lane),

@@ -193,8 +193,8 @@ impl<const D: usize> Component<Dual<D>> {
     /// Lets the Darboux vector at rest of a joint change along a direction.
     fn seed_rest(&mut self, j: usize, k: usize, by: &Vector3<f64>) {
         let (length, measure) = (self.system.joints[j].length.value, self.strain_measure);
-        let rest = self.joints[j].rest.0.map(|x| x.value);
-        let slope = measure.slope_at_rest(&measure.darboux_of(&rest.into(), length), length);
+        let rest = self.joints[j].darboux.0.map(|x| x.value);
+        let slope = measure.slope_at_rest(&rest.into(), length);
         set_slope(&mut self.joints[j].rest, k, &(slope * by));
     }
 

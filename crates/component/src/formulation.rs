@@ -28,7 +28,9 @@ impl Formulation {
     pub fn measured(self, model: &Model) -> Cow<'_, Model> {
         match (self, model.strain_measure) {
             (Self::Xpbd, StrainMeasure::Angle) => {
-                Cow::Owned(Model { strain_measure: StrainMeasure::Sine, ..model.clone() })
+                let mut own = model.clone();
+                own.measure_as_in_paper();
+                Cow::Owned(own)
             }
             _ => Cow::Borrowed(model),
         }

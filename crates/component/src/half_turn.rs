@@ -8,6 +8,7 @@
 
 use kernels::lane::Real;
 use kernels::math::Quat;
+use rod::StrainMeasure;
 
 use super::Component;
 
@@ -51,7 +52,8 @@ impl<T: Real> Component<T> {
             let before = relative(self.start[a].q, self.start[b].q);
             let now = relative(self.poses[a].q, self.poses[b].q);
             // A joint that has turned by half a turn about its axis has lost a turn of its twist.
-            let is_twisted = 2.0 * now.v.0[2].lane(lane).powi(2) > now.v.norm_squared().lane(lane);
+            let is_twisted = self.strain_measure == StrainMeasure::Angle
+                && 2.0 * now.v.0[2].lane(lane).powi(2) > now.v.norm_squared().lane(lane);
             (is_twisted || !may_fold) && (before.w * now.w + before.v.dot(now.v)).lane(lane) < 0.0
         })
     }

@@ -42,7 +42,7 @@ impl Component<f64> {
         let Vec3([x, y, z]) = lambda.angular;
         let bent = [x * by.bend_compliance, y * (by.bend_compliance + by.bend_extra), z * by.twist_compliance];
         let length = system.joints[j].length;
-        let at = self.strain_measure.darboux_of(&vector(self.joints[j].rest), length);
+        let at = vector(self.joints[j].darboux);
         let rest = Vec3((self.strain_measure.slope_at_rest(&at, length) * by.rest_darboux).into());
         let rows = Spatial { linear: force * -k, angular: rest - Vec3(bent) * k };
         let world = system.joints[j].to_world(rows, system.frame(j));

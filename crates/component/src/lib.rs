@@ -230,7 +230,14 @@ impl<T: Real> Component<T> {
             length: T::splat(1.0),
             radius: T::splat(1.0),
         };
-        let joint = JointConstants { rest: Vec3::zero(), stretch: zero, shear: zero, bend: zero, twist: zero };
+        let joint = JointConstants {
+            rest: Vec3::zero(),
+            darboux: Vec3::zero(),
+            stretch: zero,
+            shear: zero,
+            bend: zero,
+            twist: zero,
+        };
         let mut component = Self {
             system,
             poses: vec![pose; bodies],

@@ -86,7 +86,10 @@ impl<T: Real> Component<T> {
         });
         visitor.list(rigid, |visitor, body| body.visit_state(visitor));
         // Joints that turn freely go on as open grips with what they have turned by; the others' may be set.
-        joints.iter_mut().for_each(|joint| visitor.vector(&mut joint.rest));
+        joints.iter_mut().for_each(|joint| {
+            visitor.vector(&mut joint.rest);
+            visitor.vector(&mut joint.darboux);
+        });
         visitor.vector(gravity);
         visitor.real(last_dt);
         visitor.real(last_effective);

@@ -68,7 +68,9 @@ fn scene(case: &Case) -> Result<Scene, String> {
         std::fs::write(folder.path().join(name), text).map_err(|error| error.to_string())?;
     }
     let file = folder.path().join("scene.toml").display().to_string();
-    scene::parse(&case.text, &file).map_err(|error| error.to_string())
+    let mut scene = scene::parse(&case.text, &file).map_err(|error| error.to_string())?;
+    scene.model = case.method.formulation.measured(&scene.model).into_owned();
+    Ok(scene)
 }
 
 fn simulation(scene: &Scene, case: &Case) -> Result<Simulation, String> {

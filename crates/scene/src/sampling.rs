@@ -234,7 +234,7 @@ mod tests {
         let error = Parameters::Rod(Rod { length: f64::NAN, ..Rod::default() }).scene().unwrap_err();
         assert_eq!(
             error.to_string(),
-            "random-rod.toml:11: rods[0].shape.straight.length_m = nan, but it must be finite and > 0 [m]"
+            "random-rod.toml:12: rods[0].shape.straight.length_m = nan, but it must be finite and > 0 [m]"
         );
     }
 }

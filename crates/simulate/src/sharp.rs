@@ -14,8 +14,6 @@ use crate::numbers::{number, share};
 const SHARP: f64 = 20.0;
 /// The same where its moment goes with the angle: at 180 degrees a turn is lost.
 const NEARLY_HALF_A_TURN: f64 = 120.0;
-/// Angle at rest from which on a run says so there [degrees]: about other axes than that of its rest a joint is 4 % too stiff.
-const BENT: f64 = 40.0;
 
 /// The largest angle of a joint so far.
 #[derive(Clone, Copy, Debug, Default)]
@@ -60,8 +58,8 @@ pub(crate) struct SharpJoint {
     angle_deg: f64,
     /// What of that it has at rest [degrees].
     rest_deg: f64,
-    /// Share of its moment that is missing where it turns further about the axis of its rest; where its moment goes with the angle, about others:
-    /// it is too stiff then, and this is negative.
+    /// Share of its moment that is missing where it turns further about the axis of its rest, zero where its moment goes with the
+    /// angle.
     moment_missing: f64,
     #[serde(skip)]
     measure: StrainMeasure,
@@ -77,9 +75,8 @@ impl SharpJoint {
         let measure = scene.model.strain_measure;
         let joint = scene.model.joints.get(sharpest.joint)?;
         let (at_rest, turned) = (rest(joint).angle(), sharpest.turned);
-        let bent = measure == StrainMeasure::Angle && at_rest.to_degrees() > BENT;
         let limit = if measure == StrainMeasure::Sine { SHARP } else { NEARLY_HALF_A_TURN };
-        if angle_deg <= limit && !bent {
+        if angle_deg <= limit {
             return None;
         }
         let segment = [joint.a, joint.b].into_iter().find_map(|body| match body {
@@ -89,10 +86,8 @@ impl SharpJoint {
         let rod = scene.model.segments[segment].rod;
         let segments = scene.model.segments.iter().filter(|own| own.rod == rod).count();
         let needed = (segments as f64 * angle_deg / limit).ceil() as usize;
-        let half = 0.5 * at_rest;
         let (missing, is_of_rest) = match measure {
             StrainMeasure::Sine => (missing(at_rest, turned), turned <= at_rest),
-            StrainMeasure::Angle if bent => (1.0 - (half / half.sin()).powi(2), true),
             StrainMeasure::Angle => (0.0, false),
         };
         Some(Self {
@@ -119,19 +114,13 @@ fn missing(at_rest: f64, turned: f64) -> f64 {
 impl Display for SharpJoint {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let Self { between: [a, b], angle_deg, rest_deg, moment_missing, measure, segments_needed } = self;
-        let missing = share(100.0 * moment_missing.abs());
+        let missing = share(100.0 * moment_missing);
         match segments_needed {
             Some(needed) if *measure == StrainMeasure::Angle => write!(
                 f,
                 "warning: the joint between {a} and {b} turned by {} degrees, and loses a turn at 180; with {needed} segments joints \
                  turn by less than {NEARLY_HALF_A_TURN} degrees",
                 number(*angle_deg)
-            ),
-            None if *measure == StrainMeasure::Angle => write!(
-                f,
-                "warning: the joint between {a} and {b} is bent by {} degrees at rest, and up to {missing} % too stiff about other axes \
-                 than that of its rest; bending = \"rest-rotation\" gives it the stiffness of its material",
-                number(*rest_deg)
             ),
             Some(needed) => write!(
                 f,

@@ -41,7 +41,7 @@ const CONSTANTS: [(&str, usize); 32] = [
     ("rod", 33),
     ("scene", 39),
     ("sensitivity", 9),
-    ("simulate", 23),
+    ("simulate", 24),
     ("statics", 66),
     ("terminal", 1),
     ("view", 9),

@@ -58,7 +58,7 @@ impl Knot {
     pub(super) fn to_toml(self) -> String {
         let [start, end] = self.speeds;
         format!(
-            "gravity_m_s2 = [0, 0, 0]\nrun = {{ dt_s = {}, steps = {KNOT_STEPS}, integrator = \"euler\" }}\ndamping = {{ linear_per_s = 0.5 }}\n\
+            "bending = \"paper\"\ngravity_m_s2 = [0, 0, 0]\nrun = {{ dt_s = {}, steps = {KNOT_STEPS}, integrator = \"euler\" }}\ndamping = {{ linear_per_s = 0.5 }}\n\
              contact = {{ friction = {} }}\n\n[[rods]]\nname = \"rope\"\nradius_m = {}\nyoungs_modulus_pa = {}\n\
              torsion_modulus_pa = {}\ndensity_kg_m3 = {}\nrest = \"straight\"\nclamp = [\"start-segment\", \"end-segment\"]\n\
              shape.knot = {{ loop_m = {}, length_m = {}, segments = {} }}\nvelocities = [\n    \

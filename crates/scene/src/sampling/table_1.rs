@@ -127,7 +127,7 @@ impl Helix {
 /// The text of a scene file with one rod, its first segment fixed; `shape` is the rest of its shape's table.
 fn text(modulus: f64, radius: f64, density: f64, shape: &str) -> String {
     format!(
-        "run = {{ dt_s = {}, steps = {}, integrator = \"euler\" }}\n\n[[rods]]\nradius_m = {}\nyoungs_modulus_pa = {}\n\
+        "bending = \"paper\"\nrun = {{ dt_s = {}, steps = {}, integrator = \"euler\" }}\n\n[[rods]]\nradius_m = {}\nyoungs_modulus_pa = {}\n\
          density_kg_m3 = {}\nclamp = [\"start-segment\"]\n\n[rods.shape.{shape}\n",
         number(defaults::DT),
         STEPS,

@@ -62,7 +62,7 @@ impl Tree {
         let (sin, cos) = self.wind_angle_deg.to_radians().sin_cos();
         let [foot, top] = Self::TRUNK_RADII.map(number);
         format!(
-            "run = {{ dt_s = {}, steps = {TREE_STEPS}, integrator = \"euler\" }}\n\n[air]\nwind = {{ velocity_m_s = [{}, {}, 0], gusts = {{ \
+            "bending = \"paper\"\nrun = {{ dt_s = {}, steps = {TREE_STEPS}, integrator = \"euler\" }}\n\n[air]\nwind = {{ velocity_m_s = [{}, {}, 0], gusts = {{ \
              strength = 0.3, length_m = 2.4, time_s = 4, seed = {} }} }}\n\n[[rods]]\nname = \"trunk\"\n\
              radius_m = [{foot}, {top}]\nyoungs_modulus_pa = {}\ntorsion_modulus_pa = {}\ndensity_kg_m3 = {}\n\
              clamp = [\"start-face\"]\nshape.straight = {{ direction = [0, 0, 1], length_m = 4, segments = 65 }}\n\

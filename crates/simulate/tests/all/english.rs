@@ -218,18 +218,19 @@ fn a_run_says_where_joints_turn_too_far() {
     assert!(summary("angle", 4.0)["sharp_joint"].is_null());
     let nearly = &summary("angle", 14.0)["sharp_joint"];
     assert!((nearly["angle_deg"].as_f64().expect("a number") - 126.0).abs() < 2.0, "{nearly}");
-    assert_eq!(nearly["segments_needed"], 42, "{nearly}");
+    let needed = nearly["segments_needed"].as_u64().expect("a number");
+    assert!((42..44).contains(&needed), "{nearly}");
     // A net's ropes cross at right angles at rest: more segments would not help.
     let net = "gravity_m_s2 = [0, 0, 0]\nrun.steps = 2\n[[nets]]\nsize_m = [1, 1]\nmeshes = [1, 1]\nsegments = 2\n";
     let of = |bending: &str| {
         std::fs::write(&path, format!("{bending}{net}")).expect("a scene");
         crate::common::json(&[path.to_str().expect("UTF-8")])["sharp_joint"].clone()
     };
-    for (bending, expected) in [("bending = \"paper\"\n", 0.5), ("", 1.0 - std::f64::consts::PI.powi(2) / 8.0)] {
-        let crossing = of(bending);
-        let [at_rest, missing] = ["rest_deg", "moment_missing"].map(|key| crossing[key].as_f64().expect("a number"));
-        assert!((at_rest - 90.0).abs() < 1e-6 && (missing - expected).abs() < 1e-6, "{crossing}");
-        assert!(crossing["segments_needed"].is_null(), "{crossing}");
+    let crossing = of("bending = \"paper\"\n");
+    let [at_rest, missing] = ["rest_deg", "moment_missing"].map(|key| crossing[key].as_f64().expect("a number"));
+    assert!((at_rest - 90.0).abs() < 1e-6 && (missing - 0.5).abs() < 1e-6, "{crossing}");
+    assert!(crossing["segments_needed"].is_null(), "{crossing}");
+    for bending in ["", "bending = \"rest-rotation\"\n"] {
+        assert!(of(bending).is_null());
     }
-    assert!(of("bending = \"rest-rotation\"\n").is_null());
 }
