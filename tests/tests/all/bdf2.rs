@@ -34,8 +34,10 @@ fn rope(angle_deg: f64) -> Assembly {
 
 /// What is left of the energy above that of rest after `duration` [s].
 fn energy_kept(angle_deg: f64, settings: &Settings, dt: f64, duration: f64) -> f64 {
-    let (model, rest) = relaxed(rope(angle_deg));
-    let (_, state) = rope(angle_deg).finish();
+    let mut rope = rope(angle_deg);
+    *rope.model_mut() = settings.step.formulation.measured(rope.model_mut()).into_owned();
+    let (_, state) = rope.clone().finish();
+    let (model, rest) = relaxed(rope);
     let energy = |state: &State| measure::energy(&model, state).total() - measure::energy(&model, &rest).total();
     let (_, end) = run(&model, &state, settings, dt, (duration / dt).round() as usize);
     energy(&end) / energy(&state)
@@ -401,7 +403,8 @@ fn nothing_blows_up() {
             let scale = first.kinetic + 2.0 * 9.81 * mass;
             for step in 0..(3.0 / dt) as usize {
                 let status = simulation.step(dt).expect("a valid step").status;
-                assert!(status <= Status::ConvergedInSubsteps, "{case}, {formulation}, {dt}, {step}: {status:?}");
+                // What is thrown may lose a turn of its twist.
+                assert!(status.is_solved(), "{case}, {formulation}, {dt}, {step}: {status:?}");
                 simulation.store(&mut now);
                 let gain = (measure::energy(&model, &now).total() - first.total()) / scale;
                 assert!(gain < 1e-6, "{case}, {formulation}, dt = {dt}, step {step}: {gain:e}");

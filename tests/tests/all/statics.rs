@@ -97,7 +97,7 @@ fn an_end_moment_rolls_a_rod_up_to_a_circle() {
         let beam = Beam::rubber(segments);
         tip_under(&beam, 0.0, Vector3::zeros(), Vector3::y() * (TAU * beam.bending() / beam.length)).norm()
     });
-    assert_order("roll-up, M = 2 pi B / L: tip to clamp", &gaps, 2.0);
+    assert!(gaps.iter().all(|gap| *gap < 1e-9), "{gaps:?}");
     assert!(gaps[2] < 1e-3);
 }
 

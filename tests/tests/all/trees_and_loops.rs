@@ -13,6 +13,9 @@ use cosserat::state::{Body, Joint, Model, State, measure};
 use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::{Rotation3, Vector3};
 
+/// Angle at rest from which on joints are measured from there [rad].
+const BENT: f64 = 0.3;
+
 /// Gravity so small that the beam theory of small deflections holds to 1e-8.
 fn small_gravity(beam: &Beam) -> f64 {
     beam.gravity_for(1e-4)
@@ -29,6 +32,7 @@ fn two_branches(segments: usize, angle: f64, branch_joint: impl Fn(&mut Joint)) 
         let branch = Beam { length: 0.5 * beam.length, segments: segments / 2, ..beam };
         let branch = assembly.rod(&branch.spec(Vector3::x() * beam.length, direction));
         assembly.branch(trunk.end - 1, 1.0, &branch);
+        assembly.model_mut().measure_bent_from_rest(BENT);
         branch_joint(assembly.model_mut().joints.last_mut().unwrap());
         ends.push(branch.end - 1);
     }
@@ -187,6 +191,8 @@ fn the_clamp_carries_weight_and_loads() {
     let (mut assembly, rod) = beam.cantilever(gravity);
     let push = Vector3::new(0.1, 0.3, -0.2) * beam.bending();
     assembly.load(beam.end_load(&rod, push, Vector3::zeros()));
+    // Both formulations have an equilibrium of the same joints.
+    assembly.model_mut().measure_as_in_paper();
     let (model, state) = relaxed(assembly);
     let expected = -(gravity * beam.line_density() * beam.length + push);
     for formulation in Formulation::ALL {
@@ -206,6 +212,7 @@ fn the_nail_carries_a_ring_and_the_root_a_tree() {
     let nodes = shape::ring(Vector3::zeros(), 0.2, 40).iter().map(|x| Vector3::new(x.x, 0.0, x.y)).collect();
     let ring = assembly.rod(&RodSpec { closed: true, ..RodSpec::new(nodes, beam.radius, beam.material) });
     assembly.fix(ring.start + 9);
+    assembly.model_mut().measure_as_in_paper();
     let (model, state) = relaxed(assembly);
     let hung = weight(&model) * (39.0 / 40.0);
     for formulation in Formulation::ALL {
@@ -213,7 +220,8 @@ fn the_nail_carries_a_ring_and_the_root_a_tree() {
         assert!((force + hung).norm() < 1e-6 * hung.norm(), "ring, {formulation}: {force} instead of {hung}");
     }
 
-    let (model, mut state) = tree(gravity);
+    let (mut model, mut state) = tree(gravity);
+    model.measure_as_in_paper();
     let report = equilibrium(&model, &mut state, &StaticParams::default()).unwrap();
     assert!(report.converged, "{report:?}");
     for formulation in Formulation::ALL {

@@ -200,7 +200,8 @@ fn wind_has_the_same_bits_on_any_number_of_threads() {
             let mut simulation = Simulation::new(&model, &state, &Settings::default(), None).unwrap();
             for step in 0..20 {
                 let status = simulation.step(0.01).unwrap().status;
-                assert!(status <= Status::ConvergedInSubsteps, "step {step}: {status:?}");
+                // Thin rods in a gale lose turns of their twist.
+                assert!(status.is_solved(), "step {step}: {status:?}");
             }
             let mut end = state.clone();
             simulation.store(&mut end);

@@ -43,6 +43,7 @@ fn model(query: &Query, found: &Equilibrium, off: f64) -> (Model, State) {
     if query.end.is_some() {
         assembly.clamp_end(&rod);
     }
+    assembly.model_mut().measure_as_in_paper();
     let (mut model, mut state) = assembly.finish();
     for (anchor, grip) in model.anchors.iter_mut().zip([Some(query.start), query.end].into_iter().flatten()) {
         (anchor.position, anchor.orientation) = (grip.position, grip.orientation);

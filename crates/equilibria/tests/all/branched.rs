@@ -63,6 +63,7 @@ fn model(query: &BranchedQuery, found: &BranchedEquilibrium, off: f64) -> (Model
         assembly.clamp_start(rod);
         assembly.join_body(rod.end - 1, 1.0, junction, &Vector3::zeros());
     }
+    assembly.model_mut().measure_as_in_paper();
     let (mut model, mut state) = assembly.finish();
     for (anchor, grip) in model.anchors.iter_mut().zip(&query.grips) {
         (anchor.position, anchor.orientation) = (grip.position, grip.orientation);

@@ -59,7 +59,8 @@ fn norm(x: Vec3<f64>) -> f64 {
 
 #[test]
 fn a_state_follows_from_its_orientations() {
-    for (model, state) in [rod(12, 0.4), helix(40), tree(false)] {
+    for (mut model, state) in [rod(12, 0.4), helix(40), tree(false)] {
+        model.measure_as_in_paper();
         let (_, graph, _) = component(&model, &state);
         for end in steps(&model, &state, 0.05, 6) {
             let mut at_prediction = end.clone();

@@ -62,6 +62,7 @@ fn a_scene_that_is_refused_says_why_and_breaks_nothing() {
 #[test]
 fn friction_follows_a_normal_force_that_falls_within_a_step() {
     let text = "\
+        bending = \"paper\"\n\
         contact.friction = { at_rest = 0.847, sliding = 0.283 }\n\
         run = { dt_s = 0.0197, steps = 20 }\n\
         [[rods]]\n\

@@ -288,7 +288,7 @@ mistakes! {
     negative_relaxation: "clamp" => "inner_damping.twist_s = -1\nclamp",
         "9: rods[0].inner_damping.twist_s = -1, but it must be finite and >= 0 [s]";
     unknown_measure: "[run]" => "bending = \"rest\"\n[run]",
-        "3: bending = \"rest\", but it must be `paper` or `rest-rotation`";
+        "3: bending = \"rest\", but it must be one of `angle`, `paper`, `rest-rotation`";
     rest_of_too_few_joints: "clamp" => "rest = { darboux_of_joints_per_m = [[0, 0, 1]] }\nclamp",
         "9: rods[0].rest.darboux_of_joints_per_m: 1 vectors, but there must be one a joint (29)";
     negative_seed: "clamp" => "tree = { branches = 3, levels = 1, segments = 2, seed = -1 }\nclamp",

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::{Friction, Obstacle, ObstacleShape, Surface};
+use rod::{Friction, Obstacle, ObstacleShape, StrainMeasure, Surface};
 
 fn everything() -> scene::Scene {
     scene::parse(include_str!("../everything.toml"), "folder/everything.toml").unwrap()
@@ -172,6 +172,7 @@ fn bending_is_measured_from_rest_where_asked() {
     let (paper, rest) = (everything(), scene::parse(&text, "x.toml").unwrap());
     let mut expected = paper.model.clone();
     expected.measure_from_rest();
+    expected.strain_measure = StrainMeasure::Angle;
     assert_eq!((rest.model, rest.state), (expected, paper.state));
 }
 

@@ -407,8 +407,7 @@ fn a_run_with_a_joint_past_half_a_turn_ends_with_a_warning_and_exit_code_1() {
     let (code, printed, warned) = texts(&output);
     assert_eq!(code, Some(1));
     assert!(printed.contains("joints past half a turn: 60 steps"), "{printed}");
-    let warning =
-        "warning: turned: in 1 step a joint with a rest strain, a law or inner damping turned past half a turn";
+    let warning = "warning: turned: in 1 step a joint turned past half a turn, where it loses a turn of its twist";
     assert!(warned.lines().any(|line| line.starts_with(warning)), "{warned}");
 }
 
