@@ -45,16 +45,27 @@ impl<T: Real> Component<T> {
             }
             let may_fold = angle <= target && !self.laws.has(k);
             let [a, b] = self.system.topology.joints[k].map(|body| body as usize);
-            let relative = |a: Quat<T>, b: Quat<T>| {
+            let relative = |[a, b]: [Quat<T>; 2]| {
                 let [a, b] = self.extras.rests.get(k).map_or([a, b], |rests| [a * rests[0], b * rests[1]]);
-                (a.conj() * b).upper()
+                a.conj() * b
             };
-            let before = relative(self.start[a].q, self.start[b].q);
-            let now = relative(self.poses[a].q, self.poses[b].q);
-            // A joint that has turned by half a turn about its axis has lost a turn of its twist.
-            let is_twisted = self.strain_measure == StrainMeasure::Angle
-                && 2.0 * now.v.0[2].lane(lane).powi(2) > now.v.norm_squared().lane(lane);
-            (is_twisted || !may_fold) && (before.w * now.w + before.v.dot(now.v)).lane(lane) < 0.0
+            let before = relative([self.start[a].q, self.start[b].q]);
+            let now = relative([self.followed(a), self.followed(b)]);
+            // A joint that has turned by half a turn about its axis, or has slipped by a whole one, has lost a turn of its twist.
+            let is_twisted = 2.0 * now.v.0[2].lane(lane).powi(2) > now.v.norm_squared().lane(lane);
+            let slips =
+                self.strain_measure == StrainMeasure::Angle && (before.w * now.w).lane(lane) < 0.0 && is_twisted;
+            let (before, now) = (before.upper(), now.upper());
+            slips || !may_fold && (before.w * now.w + before.v.dot(now.v)).lane(lane) < 0.0
         })
+    }
+
+    /// The orientation of a body now. That of what moves freely has come from its start by small turns, and keeps its sign; of what is driven either sign may be
+    /// given, and the nearer one counts.
+    fn followed(&self, body: usize) -> Quat<T> {
+        let (start, now) = (self.start[body].q, self.poses[body].q);
+        let nearer = (start.w * now.w + start.v.dot(now.v)).select(T::splat(1.0), T::splat(-1.0));
+        let sign = (-self.bodies[body].free).select(nearer, T::splat(1.0));
+        Quat { v: now.v * sign, w: now.w * sign }
     }
 }

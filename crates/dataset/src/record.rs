@@ -11,8 +11,8 @@ use cosserat::guess::{InitialGuess, Members, Topology};
 use cosserat::internals::component::{Component, split};
 use cosserat::internals::kernels::Spatial;
 use cosserat::scene::Scene;
-use cosserat::simulation::{Settings, Simulation, SolverKind};
-use cosserat::state::{Body, Joint, Model, State, StrainMeasure};
+use cosserat::simulation::{Formulation, Settings, Simulation, SolverKind};
+use cosserat::state::{Body, Joint, Model, State};
 use graph::{Normal, Norms, corrections, planar_normal};
 
 use crate::{Config, DatasetError};
@@ -118,7 +118,8 @@ impl Samples {
 /// Simulates a scene as the configuration says and records every accepted linear solve of the steps that it keeps.
 pub(crate) fn record(scene: &Scene, index: u64, config: &Config) -> Result<Record, DatasetError> {
     let wrong = |message: String| DatasetError::Trajectory { index, message };
-    let (model, state) = (&scene.model, &scene.state);
+    // What networks learn from is the paper's.
+    let (model, state) = (&*Formulation::Xpbd.measured(&scene.model), &scene.state);
     let mut sets = split(model);
     let Some((members, topology)) = sets.pop().filter(|_| sets.is_empty()) else {
         return Err(wrong(format!("{} connected sets of segments, but it must be one", sets.len() + 1)));
@@ -182,7 +183,7 @@ fn own_model(model: &Model, members: &Members, topology: &Topology) -> Model {
         joints: members.joints.iter().zip(&topology.joints).map(joint).collect(),
         anchors: members.anchors.iter().map(|&i| model.anchors[i]).collect(),
         gravity: model.gravity,
-        strain_measure: StrainMeasure::Sine,
+        strain_measure: model.strain_measure,
         ..Model::default()
     }
 }

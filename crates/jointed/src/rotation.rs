@@ -18,6 +18,8 @@
 //!
 //! It knows one rotation at a time: no bodies, no compliances.
 
+use std::f64::consts::FRAC_PI_2;
+
 use kernels::lane::{Both, Real};
 use kernels::math::{Quat, Sym3, Vec3};
 use rod::StrainMeasure;
@@ -89,10 +91,14 @@ impl<T: Real> RotationRows<T> {
     /// h, p', r' and r of angles that are not small.
     #[inline(never)]
     fn wide(Quat { w, v }: Quat<T>) -> [T; 4] {
-        let [half, one, two] = [0.5, 1.0, 2.0].map(T::splat);
+        let one = T::splat(1.0);
         let x = v.norm_squared().max(T::splat(SERIES));
         let w = -(-w).max(T::splat(-(1.0 - SERIES).sqrt()));
-        let h = two * ((one - w) * half).sqrt().asin() / x.sqrt();
+        // An inverse sine is exact up to a right angle's half.
+        let (sine, is_flat) = (x.sqrt(), T::splat(0.5) - x);
+        let acute = is_flat.select(sine, T::zero()).asin();
+        let half_angle = is_flat.select(acute, T::splat(FRAC_PI_2) - w.asin());
+        let h = half_angle / sine;
         let cosine = h * w;
         [h, cosine, (one - cosine) / x, (one - w / h) / x]
     }

@@ -66,16 +66,19 @@ impl Model {
     /// Measures all Darboux vectors from rest ([`Joint::measure_from_rest`]): in the frame of body b where two rods are
     /// joined, half-way within a rod. Joints whose rest changes over time stay as they are.
     pub fn measure_from_rest(&mut self) {
-        self.measure_bent_from_rest(0.0);
+        self.measure_bent_from_rest(0.0, &[]);
     }
 
     /// The same of joints alone that are bent at rest by this angle [rad] or more, and are measured between their bodies. The rotation vector from one body to the
-    /// other, less that at rest, is too stiff about other axes than its own, by 1 % at 20 degrees.
-    pub fn measure_bent_from_rest(&mut self, angle: f64) {
+    /// other, less that at rest, is too stiff about other axes than its own, by 1 % at 20 degrees. Joints with indices in `except` stay as they are.
+    pub fn measure_bent_from_rest(&mut self, angle: f64, except: &[usize]) {
         let changing: Vec<bool> = self.changing_rests();
         let is_bent =
             |joint: &Joint| angle == 0.0 || !joint.has_rest_frames() && joint.rest_rotation().angle() >= angle;
-        for (joint, _) in self.joints.iter_mut().zip(changing).filter(|(joint, changes)| !changes && is_bent(joint)) {
+        for (k, joint) in self.joints.iter_mut().enumerate() {
+            if changing[k] || except.contains(&k) || !is_bent(joint) {
+                continue;
+            }
             let rods = [joint.a, joint.b].map(|body| match body {
                 Body::Segment(i) => self.segments.get(i).map(|segment| segment.rod),
                 Body::Anchor(_) => None,

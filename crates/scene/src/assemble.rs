@@ -115,7 +115,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
     let sheaths = sheath::sheaths(&mut builder, source, &file.sheaths)?;
     let probes = probe::probes(&mut builder, source, &file.probes)?;
 
-    let Builder { assembly, rods, .. } = builder;
+    let Builder { assembly, rods, own_rests, .. } = builder;
     let (mut model, state) = assembly.finish();
     if let Some(buoyancy) = file.air.as_ref().and_then(|air| air.buoyancy.as_ref()).filter(|own| *own.get_ref()) {
         if model.sliding_joints.iter().any(SlidingJoint::has_store) {
@@ -125,7 +125,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         lift(&mut model);
     }
     match file.bending {
-        format::Bending::Angle => model.measure_bent_from_rest(BENT),
+        format::Bending::Angle => model.measure_bent_from_rest(BENT, &own_rests),
         format::Bending::Paper => model.strain_measure = StrainMeasure::Sine,
         format::Bending::RestRotation => model.measure_from_rest(),
     }

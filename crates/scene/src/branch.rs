@@ -38,7 +38,9 @@ pub(crate) fn shape_joint(
         Ok([source.positive(bend, "N m/rad")?, source.positive(twist, "N m/rad")?])
     });
     let (stiffness, rest) = (stiffness.transpose()?, rest.as_ref().map(|rest| source.turn(rest)).transpose()?);
-    let Some(joint) = builder.assembly.model_mut().joints.last_mut() else { return Ok(()) };
+    let joints = &mut builder.assembly.model_mut().joints;
+    let last = joints.len().wrapping_sub(1);
+    let Some(joint) = joints.last_mut() else { return Ok(()) };
     // A Darboux vector is an angle over the joint's length.
     let square = joint.length.powi(2);
     if let Some([bend, twist]) = stiffness {
@@ -50,6 +52,7 @@ pub(crate) fn shape_joint(
         joint.measure_from_rest(1.0);
         // From the branch as it is drawn to the branch at rest, in its own axes.
         joint.rest_darboux = darboux::darboux(&UnitQuaternion::identity(), &rest, joint.length);
+        builder.own_rests.push(last);
     }
     Ok(())
 }

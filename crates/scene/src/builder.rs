@@ -42,6 +42,8 @@ pub(crate) struct Builder {
     pub(crate) end: f64,
     /// The two segments that each motor turns.
     pub(crate) motors: Vec<[usize; 2]>,
+    /// Joints that the scene says the rest rotation of.
+    pub(crate) own_rests: Vec<usize>,
     by_name: HashMap<String, usize>,
     /// Names of entries, also of those whose rods have names made from it.
     entries: HashSet<String>,
@@ -55,6 +57,7 @@ impl Builder {
             assembly,
             rods: Vec::new(),
             parents: Vec::new(),
+            own_rests: Vec::new(),
             end,
             motors: Vec::new(),
             by_name: HashMap::new(),

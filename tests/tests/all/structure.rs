@@ -39,7 +39,7 @@ const CONSTANTS: [(&str, usize); 32] = [
     ("mjcf", 14),
     ("optimise", 9),
     ("rod", 33),
-    ("scene", 39),
+    ("scene", 40),
     ("sensitivity", 9),
     ("simulate", 24),
     ("statics", 66),

@@ -32,7 +32,7 @@ fn two_branches(segments: usize, angle: f64, branch_joint: impl Fn(&mut Joint)) 
         let branch = Beam { length: 0.5 * beam.length, segments: segments / 2, ..beam };
         let branch = assembly.rod(&branch.spec(Vector3::x() * beam.length, direction));
         assembly.branch(trunk.end - 1, 1.0, &branch);
-        assembly.model_mut().measure_bent_from_rest(BENT);
+        assembly.model_mut().measure_bent_from_rest(BENT, &[]);
         branch_joint(assembly.model_mut().joints.last_mut().unwrap());
         ends.push(branch.end - 1);
     }

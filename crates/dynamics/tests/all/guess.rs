@@ -200,7 +200,8 @@ fn guesses_of_steps_save_outer_iterations_and_leave_the_motion_alone() {
 /// The parabola where it saves iterations, and next to none where there are none to save; the motion is the same.
 #[test]
 fn the_adaptive_start_follows_the_cheaper_one() {
-    let swings = rod(3.0, 30, 0.05, material(1e5, 100.0));
+    let mut swings = rod(3.0, 30, 0.05, material(1e5, 100.0));
+    swings.0.measure_as_in_paper();
     let (mut model, state) = rod(3.0, 30, 0.05, material(1e5, 100.0));
     model.gravity.fill(0.0);
     for (scene, pays) in [(swings, true), ((model, state), false)] {

@@ -257,7 +257,7 @@ fn between_grips(law: &JointLaw, curvatures: &[(f64, f64)]) -> (Model, State) {
 fn without_hardening_the_moment_stays() {
     // Which joints flow nothing but inertia says; none bears more than its yield moment and the least hardening.
     let yields = 0.5;
-    let ways = [(0.0, 0.0), (1.0, 1.2)];
+    let ways = [(0.0, 0.0), (1.0, 0.9)];
     for integrator in [Integrator::Euler, Integrator::Bdf2] {
         let mut case = between_grips(&plastic(0.0, 0.0), &ways);
         case.0.segments.iter_mut().for_each(|segment| segment.density = 800.0);

@@ -76,9 +76,9 @@ pub fn settings(formulation: Formulation) -> Settings {
 /// If the case is not valid, or the guess does not fit the settings.
 pub fn run(case: &Case, settings: &Settings, guess: Option<GuessFactory<'_>>) -> Result<CaseRun, SimulationError> {
     let mut simulation = Simulation::new(&case.model, &case.state, settings, guess)?;
-    let mut state = case.state.clone();
-    let first = measure::energy(&case.model, &state);
-    let lengths = measure::rod_lengths(&case.model, &state);
+    let (mut state, model) = (case.state.clone(), settings.step.formulation.measured(&case.model));
+    let first = measure::energy(&model, &state);
+    let lengths = measure::rod_lengths(&model, &state);
     let (mut finite, mut length_drift, mut seconds) = (true, 0.0, 0.0);
     let mass_times_length: f64 = case.model.segments.iter().map(|s| s.mass() * lengths[s.rod]).sum();
     let (mut highest, mut at_stake) = (f64::NEG_INFINITY, case.model.gravity.norm() * mass_times_length);
@@ -88,7 +88,7 @@ pub fn run(case: &Case, settings: &Settings, guess: Option<GuessFactory<'_>>) ->
         worst = worst.max(simulation.step(case.dt)?.status);
         seconds += begin.elapsed().as_secs_f64();
         simulation.store(&mut state);
-        let energy = measure::energy(&case.model, &state);
+        let energy = measure::energy(&model, &state);
         finite &= energy.total().is_finite();
         highest = highest.max(energy.total() - first.total());
         let moved = energy.kinetic + energy.stretch + energy.bend + (energy.external - first.external).abs();

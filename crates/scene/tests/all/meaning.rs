@@ -272,6 +272,7 @@ fn a_minimal_file_has_the_declared_defaults() {
     let scene = scene::parse("[[rods]]\nshape.straight = { length_m = 4, segments = 30 }", "x.toml").unwrap();
     let mut paper = scene::builtin("bending-rod").unwrap();
     paper.model.segments[0].fixed = false;
+    paper.model.strain_measure = StrainMeasure::Angle;
     assert_eq!(paper.run.integrator.take(), Some(rod::Integrator::Euler));
     assert_eq!((scene.model, scene.state, scene.run), (paper.model, paper.state, paper.run));
 }
