@@ -44,6 +44,8 @@ const ASIDE: f64 = 0.3;
 const LEAST_DISTANCE: f64 = 0.1;
 /// Distance over the radius up to which axes cross, and no direction from one to the other is known.
 const ON_THE_AXIS: f64 = 1e-9;
+/// Share of an obstacle's and a rod's radius that is taken away at first where a search has failed.
+const WITHDRAWN: f64 = 0.9;
 /// The share of an axis that is its end.
 const END: f64 = 1e-9;
 /// Axes that are parallel to within this sine squared do not slide along each other.
@@ -174,6 +176,20 @@ impl Contacts {
             *relief = relief.max(-contact.gap);
         }
         own
+    }
+
+    /// Lets round obstacles begin as thin as they can be without a rod on the other side of their axes; they grow back as those grow that rods lie in. Returns
+    /// whether there are any.
+    pub(super) fn withdraw(&mut self) -> bool {
+        let thinnest = self.contacts.iter().map(|contact| contact.radius).fold(f64::INFINITY, f64::min);
+        let mut any = false;
+        for (relief, obstacle) in self.reliefs.iter_mut().zip(&self.obstacles) {
+            if let ObstacleShape::Sphere { radius, .. } | ObstacleShape::Capsule { radius, .. } = obstacle {
+                *relief = relief.max(WITHDRAWN * (radius + thinnest));
+                any = true;
+            }
+        }
+        any
     }
 
     pub(super) fn is_empty(&self) -> bool {

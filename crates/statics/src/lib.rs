@@ -82,6 +82,17 @@ pub fn equilibrium(model: &Model, state: &mut State, params: &StaticParams) -> R
         }
         let descend = |memory| newton::descend(&mut component, memory, &mut contacts, params);
         let mut own = newton.map_or_else(StaticReport::default, descend);
+        if !own.converged && own.steps < params.max_steps && !contacts.is_empty() {
+            // Once more, with round obstacles that grow.
+            component = still();
+            contacts = Contacts::new(model, &members, &component);
+            let memory = contacts.withdraw().then(|| newton::fits(&component, &topology)).flatten();
+            if let Some(memory) = memory {
+                let left = StaticParams { max_steps: params.max_steps - own.steps, ..*params };
+                let again = newton::descend(&mut component, memory, &mut contacts, &left);
+                own = StaticReport { steps: own.steps + again.steps, loops: own.loops + again.loops, ..again };
+            }
+        }
         if own.converged {
             report.contacts.extend(contacts.forces(&members, &component));
         }

@@ -42,7 +42,7 @@ const CONSTANTS: [(&str, usize); 32] = [
     ("scene", 40),
     ("sensitivity", 9),
     ("simulate", 24),
-    ("statics", 66),
+    ("statics", 69),
     ("terminal", 1),
     ("view", 9),
     ("train", 34),
