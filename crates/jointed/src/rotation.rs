@@ -199,6 +199,7 @@ fn polynomial<T: Real, const N: usize>(x: T, factors: &[f64; N]) -> T {
 
 #[cfg(test)]
 mod tests {
+    use kernels::dual::Dual;
     use kernels::lane::Lanes;
     use nalgebra::{Matrix3, UnitQuaternion, Vector3};
     use rand::{RngExt, SeedableRng};
@@ -288,6 +289,35 @@ mod tests {
                 let slope = (torque(1e-5) - torque(-1e-5)) / 2e-5;
                 let found = vector(a.apply(own(w))) + w.cross(&torque(0.0)) * 0.5;
                 assert!((found - slope).norm() < 1e-7, "{measure:?}, {}: {found} for {slope}", theta.angle());
+            }
+        }
+    }
+
+    /// Dual numbers go through the same branches, to rounding: of what is measured, and of the torque of a multiplier.
+    #[test]
+    fn dual_numbers_agree() {
+        let dual = |x: f64, slope: f64| {
+            let mut out = Dual::<1>::splat(x);
+            out.slope[0] = slope;
+            out
+        };
+        for measure in MEASURES {
+            for (theta, w, m) in rotations() {
+                let q = quat(&theta);
+                let (own_w, own_m) = (own(w), own(m));
+                let turn = (q.v.cross(own_w) * -0.5 + own_w * (0.5 * q.w), -0.5 * q.v.dot(own_w));
+                let turned = Quat { v: Vec3([0, 1, 2].map(|k| dual(q.v.0[k], turn.0.0[k]))), w: dual(q.w, turn.1) };
+                let (rows, found) = RotationRows::new(measure, turned);
+                let (plain, _) = RotationRows::new(measure, q);
+                let expected = plain.forward(q.v, own_w);
+                let slopes = Vec3(found.0.map(|x| x.slope[0]));
+                assert!(vector(slopes - expected).norm() < 1e-12, "{measure:?}, {}", theta.angle());
+                let torque = rows.forward_transposed(turned.v, Vec3::splat(own_m));
+                let slopes = Vec3(torque.0.map(|x| x.slope[0]));
+                let second = plain.second(measure, q.v, own_m);
+                let expected = second.apply(own_w) + own_w.cross(plain.forward_transposed(q.v, own_m)) * 0.5;
+                let error = vector(slopes - expected).norm();
+                assert!(error < 1e-10, "{measure:?}, {}: {error}", theta.angle());
             }
         }
     }

@@ -57,7 +57,8 @@ fn newton_stands_every_case_but_one_and_says_so() {
     let rows = table(Formulation::Newton, Integrator::Euler);
     assert_eq!(rows.len(), stress::cases().len());
     assert_eq!(check_newton(&rows), [""; 0]);
-    assert_eq!(names(&rows, |row| row.status == PAST_HALF_TURN), [""; 0]);
+    // It loses a turn of its twist.
+    assert_eq!(names(&rows, |row| row.status == PAST_HALF_TURN), ["slack helix, dt = 0.1 s"]);
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn assembly() -> Assembly {
 
 /// A straight rod of ten segments and radius .01 m, held at its start.
 fn rod(assembly: &mut Assembly, from: [f64; 3], along: Vector3<f64>, length: f64) {
-    let material = Material { youngs_modulus: 5e6, torsion_modulus: 2e6, density: 1000.0 };
+    let material = Material { youngs_modulus: 5.5e6, torsion_modulus: 2e6, density: 1000.0 };
     let own = assembly.rod(&RodSpec::new(shape::straight(from.into(), along, length, 10), 0.01, material));
     assembly.clamp_start(&own);
 }
