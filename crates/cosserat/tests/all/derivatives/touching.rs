@@ -18,7 +18,7 @@ struct Case {
 }
 
 fn material() -> Material {
-    Material { youngs_modulus: 5.5e6, torsion_modulus: 2e6, density: 1000.0 }
+    Material { youngs_modulus: 5.5e6, torsion_modulus: 2.2e6, density: 1000.0 }
 }
 
 fn surface(friction: f64) -> Surface {
