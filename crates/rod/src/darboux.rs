@@ -68,7 +68,7 @@ impl StrainMeasure {
         }
     }
 
-    /// The inverse of [`StrainMeasure::torque`].
+    /// The multiplier, in the frame of a and over the joint's length, whose torque on body b is this one [N m], where conj(q_a) q_b is `(s, u)`.
     pub fn multiplier(self, (s, u): (f64, Vector3<f64>), torque: &Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::Sine => torque * s - u.cross(torque) + u * (u.dot(torque) / s),
