@@ -2,8 +2,10 @@
 
 use kernels::lane::Real;
 use kernels::math::{Quat, Sym3, Vec3};
+use nalgebra::Vector3;
+use rod::StrainMeasure;
 
-use super::parts::pick;
+use super::parts::{pick, put, vec3};
 
 /// What stays the same of a body; in air its inertia is that of the step under way.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +60,12 @@ pub(super) struct JointConstants<T> {
 }
 
 impl<T: Real> JointConstants<T> {
+    /// Sets the Darboux vector at rest [1/m] of one lane of a joint of this `length` [m].
+    pub(super) fn put_rest(&mut self, lane: usize, measure: StrainMeasure, darboux: &Vector3<f64>, length: f64) {
+        put(&mut self.rest, lane, vec3(&measure.at_rest(darboux, length)));
+        put(&mut self.darboux, lane, vec3(darboux));
+    }
+
     pub(super) fn pick(&self, lane: usize) -> JointConstants<f64> {
         JointConstants {
             rest: pick(self.rest, lane),

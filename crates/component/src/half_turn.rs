@@ -40,10 +40,11 @@ impl<T: Real> Component<T> {
             // Inner damping leaves of the strain before the step a share as a rest strain.
             let rest = self.extras.damped.get(k).map_or(constants.rest, |own| own.rest);
             let angle = rest.norm_squared().lane(lane).sqrt() * terms.length.lane(lane);
-            if self.is_loose(k, lane) {
+            let may_fold = angle <= target && !self.laws.has(k);
+            let may_slip = self.strain_measure == StrainMeasure::Angle;
+            if may_fold && !may_slip {
                 return false;
             }
-            let may_fold = angle <= target && !self.laws.has(k);
             let [a, b] = self.system.topology.joints[k].map(|body| body as usize);
             let relative = |[a, b]: [Quat<T>; 2]| {
                 let [a, b] = self.extras.rests.get(k).map_or([a, b], |rests| [a * rests[0], b * rests[1]]);
@@ -53,10 +54,11 @@ impl<T: Real> Component<T> {
             let now = relative([self.followed(a), self.followed(b)]);
             // A joint that has turned by half a turn about its axis, or has slipped by a whole one, has lost a turn of its twist.
             let is_twisted = 2.0 * now.v.0[2].lane(lane).powi(2) > now.v.norm_squared().lane(lane);
-            let slips =
-                self.strain_measure == StrainMeasure::Angle && (before.w * now.w).lane(lane) < 0.0 && is_twisted;
+            let slips = may_slip && (before.w * now.w).lane(lane) < 0.0 && is_twisted;
             let (before, now) = (before.upper(), now.upper());
-            slips || !may_fold && (before.w * now.w + before.v.dot(now.v)).lane(lane) < 0.0
+            let folds = !may_fold && (before.w * now.w + before.v.dot(now.v)).lane(lane) < 0.0;
+            // Last, as it looks at all that is loose.
+            (slips || folds) && !self.is_loose(k, lane)
         })
     }
 

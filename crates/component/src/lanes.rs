@@ -26,9 +26,7 @@ impl<T: Real> Component<T> {
         for (k, &index) in members.joints.iter().enumerate() {
             let joint = &model.joints[index];
             let constants = &mut self.joints[k];
-            let rest = model.strain_measure.at_rest(&joint.rest_darboux, joint.length);
-            put(&mut constants.rest, lane, vec3(&rest));
-            put(&mut constants.darboux, lane, vec3(&joint.rest_darboux));
+            constants.put_rest(lane, model.strain_measure, &joint.rest_darboux, joint.length);
             constants.stretch.set_lane(lane, joint.stretch_compliance);
             constants.shear.set_lane(lane, joint.shear_compliance);
             constants.bend.set_lane(lane, joint.bend_compliance);

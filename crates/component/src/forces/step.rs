@@ -77,9 +77,7 @@ impl<T: Real> Component<T> {
     /// Changes the rest Darboux vector [1/m] of a joint of one lane.
     pub fn set_rest(&mut self, lane: usize, joint: usize, rest: &Vector3<f64>) {
         let length = self.system.joints[joint].length.lane(lane);
-        let own = &mut self.joints[joint];
-        put(&mut own.rest, lane, vec3(&self.strain_measure.at_rest(rest, length)));
-        put(&mut own.darboux, lane, vec3(rest));
+        self.joints[joint].put_rest(lane, self.strain_measure, rest, length);
     }
 
     /// Makes loads, gravity and rest shapes those of `time` [s].
@@ -97,9 +95,7 @@ impl<T: Real> Component<T> {
                 Target::Torque(place) => put(self.loads[place].given()[1], *lane, value),
                 Target::Rest(joint, _) => {
                     let length = self.system.joints[joint].length.lane(*lane);
-                    let own = &mut self.joints[joint];
-                    put(&mut own.rest, *lane, vec3(&self.strain_measure.at_rest(&now, length)));
-                    put(&mut own.darboux, *lane, value);
+                    self.joints[joint].put_rest(*lane, self.strain_measure, &now, length);
                 }
             }
         }
