@@ -16,7 +16,7 @@ use super::parts::{copy_spatial, pick, pick_spatial, put, select};
 use super::turns::angular_momentum;
 use super::{BodyBar, Component};
 
-/// A free rotation whose momentum is wrong by more than this, squared, goes on as the last one.
+/// A free rotation whose momentum is wrong by more than that of this sine, squared, goes on as the last one.
 const UNSOLVED: f64 = 1e-14;
 
 /// What a step's end says of a body: derivatives with respect to its pose there, and to its state before.
@@ -258,7 +258,8 @@ impl<T: Real> Component<T> {
         let turning = zip(moments, u);
         let momentum = self.momentum_before(i, moments) * half;
         let missed = turning * s + u.cross(turning) - momentum;
-        let solved = T::splat(UNSOLVED) * momentum.norm_squared() - missed.norm_squared();
+        let sine = Vec3([0, 1, 2].map(|k| missed.0[k] / moments.0[k]));
+        let solved = T::splat(UNSOLVED) - sine.norm_squared();
         let column = |e: [f64; 3], k: usize| {
             let e = Vec3([T::splat(e[0]), T::splat(e[1]), T::splat(e[2])]);
             let own = zip(moments, e);
