@@ -29,7 +29,10 @@ pub fn with_hands(model: &Model) -> Model {
 /// Where the loads of hands begin in a model, if it is one [`with_hands`].
 pub(crate) fn first_load(model: &Model) -> Option<usize> {
     let first = model.loads.len().checked_sub(model.segments.len())?;
-    let fits = model.loads[first..].iter().enumerate().all(|(i, load)| load.segment == i && load.offset == 0.0);
+    let zero = Vector3::zeros();
+    let fits = model.loads[first..].iter().enumerate().all(|(i, load)| {
+        (load.segment, load.offset, load.force, load.torque, load.follows) == (i, 0.0, zero, zero, false)
+    });
     fits.then_some(first)
 }
 

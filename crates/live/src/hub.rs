@@ -21,6 +21,8 @@ pub(crate) type Id = u64;
 #[derive(Clone, Debug)]
 pub(crate) enum News {
     Text(String),
+    /// The answer to a ping.
+    Pong(Vec<u8>),
     Frame(Arc<Vec<u8>>),
     /// Nothing is left to send.
     End,
@@ -33,7 +35,7 @@ struct Shared {
     status: String,
     statuses: u64,
     commands: VecDeque<(Id, Command)>,
-    viewers: BTreeMap<Id, VecDeque<String>>,
+    viewers: BTreeMap<Id, VecDeque<News>>,
     viewers_ever: Id,
     /// When the last viewer has left.
     left: Option<Instant>,
@@ -69,7 +71,7 @@ impl Hub {
         let id = shared.viewers_ever;
         shared.viewers_ever += 1;
         let own = serde_json::json!({ "you": id }).to_string();
-        shared.viewers.insert(id, VecDeque::from([own]));
+        shared.viewers.insert(id, VecDeque::from([News::Text(own)]));
         shared.left = None;
         self.asked.notify_all();
         id
@@ -79,6 +81,8 @@ impl Hub {
     pub(crate) fn leave(&self, id: Id) {
         let mut shared = self.lock();
         shared.viewers.remove(&id);
+        // What it still asked for would be done after its hands have let go.
+        shared.commands.retain(|(own, _)| *own != id);
         if shared.viewers.is_empty() {
             shared.left = Some(Instant::now());
         }
@@ -143,6 +147,15 @@ impl Hub {
 
     /// Tells one viewer something.
     pub(crate) fn tell(&self, id: Id, message: String) {
+        self.send(id, News::Text(message));
+    }
+
+    /// Answers a viewer's ping.
+    pub(crate) fn pong(&self, id: Id, ping: Vec<u8>) {
+        self.send(id, News::Pong(ping));
+    }
+
+    fn send(&self, id: Id, message: News) {
         if let Some(messages) = self.lock().viewers.get_mut(&id) {
             if messages.len() >= MESSAGES {
                 messages.pop_front();
@@ -176,7 +189,7 @@ impl Hub {
             }
             let Some(messages) = shared.viewers.get_mut(&id) else { return News::End };
             if let Some(message) = messages.pop_front() {
-                return News::Text(message);
+                return message;
             }
             if seen.statuses != shared.statuses {
                 seen.statuses = shared.statuses;

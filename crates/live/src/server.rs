@@ -1,6 +1,6 @@
 //! The server: a page and a WebSocket on one port of this machine, a thread or two a connection.
 
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -165,8 +165,11 @@ fn socket(mut stream: TcpStream, key: &str, site: &Site) -> io::Result<()> {
         send(sends, &hub, id);
         hub.leave(id);
     });
-    if sender.is_ok() {
-        receive(WebSocket::from_raw_socket(&mut stream, Role::Server, Some(config)), &site.hub, id);
+    if let Ok(sender) = sender {
+        receive(WebSocket::from_raw_socket(Reads(&mut stream), Role::Server, Some(config)), &site.hub, id);
+        site.hub.leave(id);
+        // It says goodbye.
+        let _ = sender.join();
     }
     site.hub.leave(id);
     stream.shutdown(Shutdown::Both)
@@ -180,6 +183,7 @@ fn send(stream: TcpStream, hub: &Hub, id: Id) {
     loop {
         let message = match hub.news(id, &mut seen) {
             News::Text(text) => Message::text(text),
+            News::Pong(ping) => Message::Pong(ping.into()),
             News::Frame(frame) => Message::binary(frame.as_slice().to_vec()),
             News::End => {
                 let _ = socket.close(None);
@@ -196,13 +200,36 @@ fn send(stream: TcpStream, hub: &Hub, id: Id) {
     }
 }
 
+/// A stream that is read alone: another thread writes to it, whole messages at a time.
+struct Reads<'a>(&'a mut TcpStream);
+
+impl Read for Reads<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.0.read(buffer)
+    }
+}
+
+impl Write for Reads<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
 /// Reads what a viewer asks for, until it closes or sends what is no message.
-fn receive(mut socket: WebSocket<&mut TcpStream>, hub: &Hub, id: Id) {
+fn receive(mut socket: WebSocket<Reads<'_>>, hub: &Hub, id: Id) {
     while let Ok(message) = socket.read() {
         let asked = match message {
             Message::Text(text) => Command::read(&text).and_then(|command| hub.ask(id, command).map_err(str::to_owned)),
             Message::Binary(_) => Err("commands are text".to_owned()),
             Message::Close(_) => return,
+            Message::Ping(ping) => {
+                hub.pong(id, ping.to_vec());
+                Ok(())
+            }
             _ => Ok(()),
         };
         if let Err(why) = asked {

@@ -48,6 +48,8 @@ struct Course {
     pins: Vec<usize>,
     /// Segments whose loads are not zero.
     loaded: Vec<usize>,
+    /// Segments that the first model fixes, and that were let go.
+    freed: Vec<usize>,
     knobs: Knobs,
     /// Inputs so far.
     inputs: usize,
@@ -76,6 +78,8 @@ pub struct Session<'a> {
     past: VecDeque<Moment>,
     /// Whether it went back, and has not gone on since.
     went: bool,
+    /// Whether there is no going on from the last step.
+    is_stuck: bool,
     /// Whether it keeps moments to go back to.
     remembers: bool,
     state: State,
@@ -92,6 +96,7 @@ impl<'a> Session<'a> {
             drives: BTreeMap::new(),
             pins: Vec::new(),
             loaded: Vec::new(),
+            freed: Vec::new(),
             knobs,
             inputs: 0,
         };
@@ -116,6 +121,7 @@ impl<'a> Session<'a> {
             start,
             past: VecDeque::new(),
             went: false,
+            is_stuck: false,
             remembers: true,
             state,
         };
@@ -241,6 +247,12 @@ impl<'a> Session<'a> {
                     return Err(LiveError::refused(format!("nothing holds segment {segment}")));
                 };
                 simulation.release(body)?;
+                if body == Body::Segment(segment)
+                    && self.first.segments[segment].fixed
+                    && !self.course.freed.contains(&segment)
+                {
+                    self.course.freed.push(segment);
+                }
                 self.course.pins.retain(|&pin| pin != segment);
                 self.course.drives.remove(&segment);
                 self.course.hands.retain(|_, held| !matches!(held, Held::Leads { body: led, .. } if *led == body));
@@ -318,10 +330,10 @@ impl<'a> Session<'a> {
         }
         let mut model = knobs.applied_to(&self.first)?;
         if !before.differ_in_gravity_alone(&knobs) {
-            let Some(rebuild) = &self.rebuild else {
+            let new = self.rebuilt(&model, &self.course)?;
+            let Some(mut new) = new else {
                 return Err(LiveError::refused("this simulation cannot be built anew, and gravity alone can change"));
             };
-            let mut new = rebuild(&model).map_err(LiveError::refused)?;
             // All but the quantities is as it was: poses, velocities, time, what is held, contacts that press.
             new.restore(&simulation.snapshot())?;
             if before.gravity != knobs.gravity {
@@ -334,6 +346,16 @@ impl<'a> Session<'a> {
         simulation.store_model(&mut model);
         (self.model, self.course.knobs) = (model, knobs);
         Ok(())
+    }
+
+    /// A simulation of a model at its start that snapshots of a course fit; `None` where it cannot be built anew.
+    fn rebuilt(&self, model: &Model, course: &Course) -> Result<Option<Simulation>, LiveError> {
+        let Some(rebuild) = &self.rebuild else { return Ok(None) };
+        let mut new = rebuild(model).map_err(LiveError::refused)?;
+        for &segment in &course.freed {
+            new.release(Body::Segment(segment))?;
+        }
+        Ok(Some(new))
     }
 
     /// Puts what hands and drives do into the next step.
@@ -388,6 +410,11 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
+    /// Takes down that there is no going on from a step: one cannot come back to it.
+    pub(crate) fn stuck(&mut self) {
+        self.is_stuck = true;
+    }
+
     /// Takes down that a step was done.
     pub fn stepped(&mut self, simulation: &mut Simulation) {
         self.course.steps += 1;
@@ -422,7 +449,7 @@ impl<'a> Session<'a> {
     /// # Errors
     /// If the simulation cannot go there: a segment has been held or let go since, and it cannot be built anew.
     pub fn go_to(&mut self, simulation: &mut Simulation, time: f64) -> Result<(), LiveError> {
-        if !self.went {
+        if !self.went && !self.is_stuck {
             // One can come back to where one was.
             self.keep_moment(simulation);
         }
@@ -446,22 +473,36 @@ impl<'a> Session<'a> {
     }
 
     fn restore(&mut self, simulation: &mut Simulation, to: &Snapshot, course: Course) -> Result<(), LiveError> {
-        self.take_knobs(simulation, course.knobs)?;
-        match (simulation.restore(to), &self.rebuild) {
+        let mut model = course.knobs.applied_to(&self.first)?;
+        if !self.restored(simulation, to, &course.knobs)? {
             // What has come apart since is together again in a new one.
-            (Err(SimulationError::Snapshot), Some(rebuild)) => {
-                let mut new = rebuild(&course.knobs.applied_to(&self.first)?).map_err(LiveError::refused)?;
-                new.restore(to)?;
-                *simulation = new;
-            }
-            (Err(SimulationError::Snapshot), None) => {
-                let before = "there is no way back to before a segment was held or let go";
-                return Err(LiveError::refused(before));
-            }
-            (other, _) => other?,
+            let Some(mut new) = self.rebuilt(&model, &course)? else {
+                return Err(LiveError::refused("there is no way back to before a segment was held or let go"));
+            };
+            new.restore(to)?;
+            *simulation = new;
         }
-        (self.course, self.went) = (course, true);
+        simulation.store_model(&mut model);
+        (self.model, self.course, self.went, self.is_stuck) = (model, course, true, false);
         Ok(())
+    }
+
+    /// Whether a simulation could be put where a snapshot says, with these quantities; else it is as it was.
+    fn restored(&self, simulation: &mut Simulation, to: &Snapshot, knobs: &Knobs) -> Result<bool, LiveError> {
+        let own = self.course.knobs;
+        if own != *knobs && !own.differ_in_gravity_alone(knobs) {
+            return Ok(false);
+        }
+        let before = simulation.snapshot();
+        simulation.set_gravity(knobs.gravity.into())?;
+        match simulation.restore(to) {
+            Err(SimulationError::Snapshot) => {
+                simulation.set_gravity(own.gravity.into())?;
+                simulation.restore(&before)?;
+                Ok(false)
+            }
+            other => Ok(other.map(|()| true)?),
+        }
     }
 
     /// After a way back: what came after the moment is gone, and hands that held then have let go.

@@ -202,6 +202,7 @@ impl<'a> Live<'a> {
         self.is_stale = true;
         if self.status.is_stuck() {
             // Nothing good comes after it; one can still go back.
+            self.session.stuck();
             (self.plays, self.singles) = (false, 0);
             self.pacer.stop();
         } else {

@@ -220,3 +220,47 @@ fn quantities_do_what_they_say() {
     assert!(session.apply(&mut sim, Input::Set(Knob::Stiffness(2.0))).is_err());
     assert!(session.apply(&mut sim, Input::Set(Knob::Gravity([1.0, 0.0, 0.0]))).is_ok());
 }
+
+/// A segment that the model fixes and a viewer lets go: quantities still change, and one can go back and on.
+#[test]
+fn one_goes_back_and_on_past_a_fixed_segment_that_was_let_go() {
+    let (mut model, state) = rope(0.1);
+    model.segments[0].fixed = true;
+    let mut sim = simulation(&model, &state);
+    let mut session = Session::new(&model, &mut sim, 0.01, Some(rebuild(&state)));
+    let first = bits(&model, &state, &sim);
+    steps(&mut session, &mut sim, 50);
+    session.apply(&mut sim, Input::Unpin { segment: 0 }).expect("let go");
+    session.apply(&mut sim, Input::Set(Knob::Stiffness(2.0))).expect("a knob");
+    steps(&mut session, &mut sim, 30);
+    let end = bits(&model, &state, &sim);
+    let last = sim.time();
+    session.go_to(&mut sim, 0.25).expect("the way back");
+    assert_eq!(session.knobs().stiffness, 1.0);
+    session.go_to(&mut sim, last).expect("the way on");
+    assert_eq!((bits(&model, &state, &sim), session.knobs().stiffness), (end, 2.0));
+    session.reset(&mut sim).expect("the start");
+    assert_eq!(bits(&model, &state, &sim), first);
+}
+
+/// Without a rebuild there is no way back past it; a way that is refused changes nothing.
+#[test]
+fn a_way_back_that_is_refused_changes_nothing() {
+    let (mut model, state) = rope(0.1);
+    model.segments[0].fixed = true;
+    let runs = [false, true].map(|tries| {
+        let mut sim = simulation(&model, &state);
+        let mut session = Session::new(&model, &mut sim, 0.01, None);
+        steps(&mut session, &mut sim, 40);
+        session.apply(&mut sim, Input::Set(Knob::Gravity([0.0; 3]))).expect("gravity");
+        session.apply(&mut sim, Input::Unpin { segment: 0 }).expect("let go");
+        steps(&mut session, &mut sim, 10);
+        if tries {
+            session.go_to(&mut sim, 0.3).expect_err("a way back");
+            assert_eq!(session.knobs().gravity, [0.0; 3]);
+        }
+        steps(&mut session, &mut sim, 10);
+        bits(&model, &state, &sim)
+    });
+    assert_eq!(runs[0], runs[1]);
+}
