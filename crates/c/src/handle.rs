@@ -168,7 +168,8 @@ impl Handle {
         if time + dt <= time {
             return Err(Failure::input(format!("the time step, {dt} s, is too short for a time of {time} s")));
         }
-        for (body, target) in std::mem::take(&mut self.targets) {
+        let mut driven = Vec::with_capacity(self.targets.len());
+        for &(body, target) in &self.targets {
             let now = self.pose(body);
             let turn = (target.orientation * now.orientation.inverse()).scaled_axis();
             let keyframes = [
@@ -176,8 +177,10 @@ impl Handle {
                 Keyframe { time: time + dt, position: target.position, turn },
             ];
             let motion = Motion::new(now.orientation, &keyframes, Interpolation::Linear).map_err(Failure::input)?;
-            self.simulation.drive(&Driven::new(body, Arc::new(motion))).map_err(Failure::input)?;
+            driven.push(Driven::new(body, Arc::new(motion)));
         }
+        driven.iter().try_for_each(|driven| self.simulation.drive(driven)).map_err(Failure::input)?;
+        self.targets.clear();
         let report = self.simulation.step(dt).map_err(Failure::input)?;
         std::mem::swap(&mut self.before.state, &mut self.state);
         self.before.time = Some(time);
