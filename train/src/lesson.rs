@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use copingnet::{Encoding, Simulated, Weights};
 use dataset::{Dataset, MANIFEST};
 use graph::Norms;
@@ -67,6 +67,9 @@ impl Lesson {
             return Ok((Self::Steps(recorded), hash, [count, steps]));
         }
         let (config, directory) = set.config(plan.scenario);
+        if config.steps < 2 {
+            bail!("--steps {}: it must be 2 or more, as first and later steps are measured", config.steps);
+        }
         let dataset = data::open(&directory, &config, quiet)?;
         let manifest = std::fs::read(directory.join(MANIFEST)).context("--data")?;
         let size = [config.train_trajectories, config.steps];

@@ -397,7 +397,11 @@ pub(crate) fn threads_or_cores(asked: Option<usize>) -> usize {
 
 /// A path with a file name; an ending of the checkpoint's own files is taken off.
 fn place(text: &str) -> Result<PathBuf, String> {
-    let text = [".toml", ".safetensors"].iter().find_map(|ending| text.strip_suffix(ending)).unwrap_or(text);
+    const ENDINGS: [&str; 2] = [".toml", ".safetensors"];
+    let text = ENDINGS.iter().find_map(|ending| text.strip_suffix(ending)).unwrap_or(text);
+    if let Some(ending) = ENDINGS.iter().find(|ending| text.ends_with(**ending)) {
+        return Err(format!("it must not end in {ending} twice"));
+    }
     let path = PathBuf::from(text);
     if text.ends_with(['/', '\\']) || path.file_name().is_none() {
         return Err("it must end in a name, such as trained/rod".to_owned());

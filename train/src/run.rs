@@ -41,8 +41,9 @@ pub(crate) fn run(cli: &TrainArgs) -> Result<Outcome> {
         check_place(&plan, cli.force)?;
     }
     rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build_global()?;
-    let stopped = listen()?;
+    // Until it trains, Ctrl-C ends it at once; trajectories that are written stay.
     let taught = Taught::prepare(&plan, &cli.set, cli.quiet)?;
+    let stopped = listen()?;
     let mut course = Course::new(&plan, &taught);
     if let Some(path) = &cli.from {
         let (weights, legs) = weights_from(path, &plan, &taught).context("--from")?;

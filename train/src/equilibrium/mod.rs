@@ -172,8 +172,9 @@ fn learn<S: Subject>(args: &EquilibriumArgs) -> Result<Outcome> {
     }
     let [median, mean, far, class] = course.validate(&validation)?;
     let training = format!(
-        "{}; of {VALIDATION} other queries: median error {median:.4} rad, mean {mean:.4} rad, above 0.2 rad {far:.1} %, right class {class:.1} %",
-        course.command()
+        "{}; of {} other queries: median error {median:.4} rad, mean {mean:.4} rad, above 0.2 rad {far:.1} %, right class {class:.1} %",
+        course.command(),
+        validation.len()
     );
     let bytes = Perceptron::bytes(&course.sizes, &course.parameters, &training)?;
     let card = with_ending(&out, ".toml");

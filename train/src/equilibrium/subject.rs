@@ -89,9 +89,10 @@ pub(crate) trait Subject {
 /// Median, mean, percentage above 0.2 of errors, and the percentage of right classes.
 pub(crate) fn summary(mut errors: Vec<f64>, right: usize, samples: usize) -> [f64; 4] {
     errors.sort_by(f64::total_cmp);
-    let count = errors.len().max(1) as f64;
+    // NaN where nothing was measured.
+    let count = errors.len() as f64;
     let far = errors.iter().filter(|&&own| own > 0.2).count() as f64;
     let median = errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN);
-    let percent = 100.0 * right as f64 / samples.max(1) as f64;
+    let percent = 100.0 * right as f64 / samples as f64;
     [median, errors.iter().sum::<f64>() / count, 100.0 * far / count, percent]
 }

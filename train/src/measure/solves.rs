@@ -22,7 +22,8 @@ fn cells(scenario: Scenario) -> Cells {
     [first, second, (PreconditionerKind::BlockJacobi, 1e-2), (PreconditionerKind::BlockJacobi, 1e-4)]
 }
 
-/// Every how many steps of a trajectory one is measured, at its first outer iteration, from the very first on.
+/// Every how many steps of a trajectory one is measured, at its first outer iteration, from the very first on; of shorter ones the first and
+/// the last.
 const EVERY: u32 = 10;
 
 /// First steps and later ones, for each of a scenario's cells.
@@ -80,7 +81,8 @@ fn scene(dataset: &Dataset, index: usize, cells: Cells, trained: &Trained) -> Co
         SolverKind::Cg(CgParams { preconditioner, tolerance, max_iterations: None }).build(model, members, topology)
     };
     let mut solvers: Vec<Box<dyn LinearSolver>> = cells.into_iter().filter_map(|cell| solver(cell).ok()).collect();
-    for sample in trajectory.samples().filter(|sample| sample.iteration() == 0 && sample.step().is_multiple_of(EVERY)) {
+    let every = EVERY.min(dataset.manifest().config.steps as u32 - 1).max(1);
+    for sample in trajectory.samples().filter(|sample| sample.iteration() == 0 && sample.step().is_multiple_of(every)) {
         sample.restore(&mut component);
         guess.predict(&component, &mut start);
         for (solver, counts) in solvers.iter_mut().zip(&mut counts) {
