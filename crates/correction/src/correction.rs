@@ -18,6 +18,8 @@ use crate::network::{Reader, Row, Shape};
 
 /// Version of the file.
 const SCHEMA: u32 = 3;
+/// How far the time from frame to frame may be from that in training, as a part of it.
+pub const SAME_INTERVAL: f64 = 0.1;
 /// Rows of frames that go through a network at once.
 const TOGETHER: usize = 64;
 
@@ -36,6 +38,8 @@ pub struct Correction {
     pub members: Vec<Vec<f32>>,
     /// Which motions it applies to.
     pub applicability: Applicability,
+    /// Time from frame to frame of what it learned from [s]; NaN where that is not known.
+    pub interval: f64,
 }
 
 /// What a file holds.
@@ -52,9 +56,34 @@ struct File {
     scale: [Vec<f32>; 2],
     members: Vec<Vec<f32>>,
     applicability: Applicability,
+    interval_s: Option<f64>,
 }
 
 impl Correction {
+    /// Checks that it can read a film: its markers are those that it learned from, and so is the time from frame to frame.
+    ///
+    /// # Errors
+    /// With what is not.
+    pub fn check(&self, film: &Film) -> Result<(), String> {
+        let (found, asked) = (film.guess.first().map_or(0, Vec::len), self.reader.markers);
+        if found != asked {
+            return Err(format!("{found} markers, but the correction is of a cable with {asked}"));
+        }
+        if film.markers.free != self.reader.free {
+            return Err(format!(
+                "the markers {:?} are to be predicted, but the correction is of {:?}: other grips or branches",
+                film.markers.free, self.reader.free
+            ));
+        }
+        let [own, learned] = [film.interval(), self.interval];
+        if (own / learned - 1.0).abs() > SAME_INTERVAL {
+            return Err(format!(
+                "{own} s from frame to frame, but the correction learned from {learned} s: record or sample it like that"
+            ));
+        }
+        Ok(())
+    }
+
     /// What to add to the free markers of a film [m]: `added[frame][marker]`.
     pub fn add(&self, film: &Film) -> Vec<Vec<Vector3<f64>>> {
         let device = Backend::default().device();
@@ -130,6 +159,7 @@ impl Correction {
             scale: self.scale.clone(),
             members: self.members.clone(),
             applicability: self.applicability.clone(),
+            interval_s: Some(self.interval).filter(|interval| interval.is_finite()),
         };
         write_atomically(path, |out| out.write_all(seal(&file)?.as_bytes()))
     }
@@ -165,6 +195,7 @@ impl Correction {
             scale: file.scale,
             members: file.members,
             applicability: file.applicability,
+            interval: file.interval_s.unwrap_or(f64::NAN),
         })
     }
 }

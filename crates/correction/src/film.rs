@@ -63,6 +63,8 @@ pub struct Film {
     pub time: Vec<f64>,
     /// What its markers are.
     pub markers: Markers,
+    /// Steps of the guess that were not solved.
+    pub unsolved: usize,
 }
 
 impl Film {
@@ -77,7 +79,8 @@ impl Film {
         for (guess, predicted) in guess.iter_mut().zip(&prediction.markers) {
             markers.free.iter().zip(predicted).for_each(|(&marker, &predicted)| guess[marker] = predicted);
         }
-        Self { real: recording.markers.clone(), guess, time: recording.time.clone(), markers }
+        let unsolved = prediction.unsolved;
+        Self { real: recording.markers.clone(), guess, time: recording.time.clone(), markers, unsolved }
     }
 
     /// A recording beside its first shape, carried along with the grips.
@@ -91,6 +94,13 @@ impl Film {
         };
         let markers = recording.markers.iter().map(blended).collect();
         Self::simulated(recording, &Prediction { markers, unsolved: 0 })
+    }
+
+    /// Time from frame to frame, that in the middle [s].
+    pub fn interval(&self) -> f64 {
+        let mut intervals: Vec<f64> = self.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        intervals.sort_by(f64::total_cmp);
+        intervals.get(intervals.len() / 2).copied().unwrap_or(f64::NAN)
     }
 
     /// The ways of its grips.
@@ -114,7 +124,7 @@ impl Film {
     /// The guess as a prediction.
     pub fn uncorrected(&self) -> Prediction {
         let markers = self.guess.iter().map(|guess| self.markers.free.iter().map(|&marker| guess[marker]).collect());
-        Prediction { markers: markers.collect(), unsolved: 0 }
+        Prediction { markers: markers.collect(), unsolved: self.unsolved }
     }
 
     /// The guess as a prediction, with what is to be added to its free markers [m]: `added[frame][marker]`.
@@ -122,6 +132,6 @@ impl Film {
         let markers = self.guess.iter().zip(added).map(|(guess, added)| {
             self.markers.free.iter().zip(added).map(|(&marker, added)| guess[marker] + added).collect()
         });
-        Prediction { markers: markers.collect(), unsolved: 0 }
+        Prediction { markers: markers.collect(), unsolved: self.unsolved }
     }
 }

@@ -298,7 +298,12 @@ impl Residuals for Part<'_> {
     }
 
     fn normal(&mut self, x: &DVector<f64>) -> Result<Normal, SpecimenError> {
-        let steps: Vec<f64> = (0..x.len()).map(|k| DIFFERENCES[usize::from(k >= Parameter::DEFAULT.len())]).collect();
+        let step = |k: usize| {
+            let size = DIFFERENCES[usize::from(k >= Parameter::DEFAULT.len())];
+            let most = Parameter::DEFAULT.get(k).map_or(f64::INFINITY, |of| of.coordinate(of.bounds()[1]));
+            if x[k] + size > most { -size } else { size }
+        };
+        let steps: Vec<f64> = (0..x.len()).map(step).collect();
         let of = |cases: &[Case<'_>]| -> Result<Normal, SpecimenError> {
             // The run itself, and one beside it for each coordinate: back where forth would leave its bounds.
             let run = |run: usize| {

@@ -7,7 +7,7 @@ use std::time::Instant;
 use anyhow::{Result, anyhow, bail};
 use clap::Parser;
 use correction::applicability::{Applicability, GAIN, Worth};
-use correction::correction::Correction;
+use correction::correction::{Correction, SAME_INTERVAL};
 use correction::film::{Film, Guess, Markers};
 use correction::inputs;
 use correction::network::Shape;
@@ -110,8 +110,16 @@ type Simulated<S> = (Recording, S, Prediction);
 fn simulated<K: Kind>(cli: &Cli, places: &[PathBuf], rod: &CableFile) -> Result<(K, Vec<Simulated<K::Specimen>>)> {
     let (kind, read) = read::<K>(cli, places, rod)?;
     let (recordings, specimens): (Vec<_>, Vec<_>) = read.good.into_iter().unzip();
+    let rods = recordings.first().map(|recording| kind.ways(recording));
+    if rod.rods.len() > 1 && rods.is_some_and(|rods| rods != rod.rods) {
+        bail!("{}: it is of a {} with other branches than these recordings'", cli.result.display(), rod.kind);
+    }
     let numbers = rod.numbers(kind.start(&specimens)).map_err(|message| anyhow!(message))?;
     let predictions = predict(&specimens, &numbers, usize::MAX, rod.steps)?;
+    let unsolved: usize = predictions.iter().map(|prediction| prediction.unsolved).sum();
+    if unsolved > 0 {
+        warn(format_args!("{unsolved} steps of the predictions were not solved: their errors are doubtful"));
+    }
     let each = recordings.into_iter().zip(specimens).zip(predictions);
     Ok((kind, each.map(|((recording, specimen), prediction)| (recording, specimen, prediction)).collect()))
 }
@@ -168,12 +176,14 @@ impl Metric {
             Self::Branched(tree) => tree.errors(recording, prediction),
             Self::Noodle => noodle::errors(recording, prediction),
         };
-        let mut sums: Vec<(String, f64)> = Vec::new();
-        for errors in recordings.iter().zip(predictions).map(each) {
-            sums.resize_with(errors.len(), || (String::new(), 0.0));
-            sums.iter_mut().zip(errors).for_each(|(sum, (name, error))| *sum = (name, sum.1 + error));
-        }
-        sums.iter_mut().for_each(|(_, sum)| *sum /= recordings.len() as f64);
+        let all: Vec<Vec<(String, f64)>> = recordings.iter().zip(predictions).map(each).collect();
+        let mean = |k: usize| {
+            // Where all that an error is of was lost there is none.
+            let known: Vec<f64> = all.iter().map(|errors| errors[k].1).filter(|error| !error.is_nan()).collect();
+            known.iter().sum::<f64>() / known.len() as f64
+        };
+        let names = all.first().into_iter().flatten().map(|(name, _)| name.clone());
+        let mut sums: Vec<(String, f64)> = names.enumerate().map(|(k, name)| (name, mean(k))).collect();
         if let Self::Branched(tree) = self {
             sums.extend(tree.errors_over_all(recordings, predictions));
         }
@@ -209,6 +219,14 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
     let markers = films[0].0.count();
     if let Some((other, _)) = films.iter().find(|(recording, _)| recording.count() != markers) {
         bail!("{}: {} markers, but the first recording has {markers}", other.path.display(), other.count());
+    }
+    let interval = films[0].1.interval();
+    if let Some((other, film)) = films.iter().find(|(_, film)| (film.interval() / interval - 1.0).abs() > SAME_INTERVAL)
+    {
+        let (path, own) = (other.path.display(), film.interval());
+        bail!(
+            "{path}: {own} s from frame to frame, but the first recording has {interval} s: sample all of them alike"
+        );
     }
     let usual = Shape::of(cli.kind);
     let shape = Shape {
@@ -267,9 +285,8 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
 
 fn evaluate(cli: &Cli, cable: &CableFile, correction: &Correction) -> Result<()> {
     let (films, metric) = films(cli, &cli.eval, cable, correction.guess)?;
-    if let Some((other, _)) = films.iter().find(|(recording, _)| recording.count() != correction.reader.markers) {
-        let (path, found, asked) = (other.path.display(), other.count(), correction.reader.markers);
-        bail!("{path}: {found} markers, but the correction is of a cable with {asked}");
+    for (recording, film) in &films {
+        correction.check(film).map_err(|message| anyhow!("{}: {message}", recording.path.display()))?;
     }
     let began = Instant::now();
     let all: Vec<&Film> = films.iter().map(|(_, film)| film).collect();

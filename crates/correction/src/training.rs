@@ -129,7 +129,9 @@ pub fn train(films: &[(Recording, Film)], plan: &Plan, watch: &mut dyn FnMut(&Ep
         .map(|(_, film)| film.way())
         .collect();
     let applicability = Applicability::new(ways.clone(), None, None);
-    let correction = Correction { guess: plan.guess, reader, bound, scale, members: Vec::new(), applicability };
+    let interval = film.interval();
+    let members = Vec::new();
+    let correction = Correction { guess: plan.guess, reader, bound, scale, members, applicability, interval };
     let pick = |which: &dyn Fn(usize) -> bool| -> Vec<&(Recording, Film)> {
         films.iter().enumerate().filter(|(k, _)| which(*k)).map(|(_, own)| own).collect()
     };
