@@ -236,6 +236,7 @@ impl Specimen for Cable {
     fn model(&self, parameters: &Parameters) -> Result<(Model, State), SpecimenError> {
         let mut assembly = self.assembly(parameters);
         turn(assembly.state_mut(), &self.turns(parameters));
+        assembly.model_mut().measure_bent_from_rest(&[]);
         Ok(assembly.finish())
     }
 

@@ -62,21 +62,27 @@ impl Joint {
     }
 }
 
+/// Angle of a joint at rest from which on it is measured from there [rad].
+const BENT: f64 = std::f64::consts::PI / 9.0;
+
 impl Model {
     /// Measures all Darboux vectors from rest ([`Joint::measure_from_rest`]): in the frame of body b where two rods are
     /// joined, half-way within a rod. Joints whose rest changes over time stay as they are.
     pub fn measure_from_rest(&mut self) {
-        self.measure_bent_from_rest(0.0, &[]);
+        self.measure_from_rest_where(|_, _| true);
     }
 
-    /// The same of joints alone that are bent at rest by this angle [rad] or more, and are measured between their bodies. The rotation vector from one body to the
+    /// The same of joints alone that are bent at rest by 20 degrees or more, and are measured between their bodies. The rotation vector from one body to the
     /// other, less that at rest, is too stiff about other axes than its own, by 1 % at 20 degrees. Joints with indices in `except` stay as they are.
-    pub fn measure_bent_from_rest(&mut self, angle: f64, except: &[usize]) {
+    pub fn measure_bent_from_rest(&mut self, except: &[usize]) {
+        let is_bent = |joint: &Joint| !joint.has_rest_frames() && joint.rest_rotation().angle() >= BENT;
+        self.measure_from_rest_where(|k, joint| !except.contains(&k) && is_bent(joint));
+    }
+
+    fn measure_from_rest_where(&mut self, is_chosen: impl Fn(usize, &Joint) -> bool) {
         let changing: Vec<bool> = self.changing_rests();
-        let is_bent =
-            |joint: &Joint| angle == 0.0 || !joint.has_rest_frames() && joint.rest_rotation().angle() >= angle;
         for (k, joint) in self.joints.iter_mut().enumerate() {
-            if changing[k] || except.contains(&k) || !is_bent(joint) {
+            if changing[k] || !is_chosen(k, joint) {
                 continue;
             }
             let rods = [joint.a, joint.b].map(|body| match body {

@@ -105,13 +105,15 @@ impl Reaction {
         // The wind is the same for all.
         let air = model.air.as_ref().map(|air| (air, air.wind.at(to)));
         let mut held = Vec::new();
+        // Equilibria may share a time.
+        let rate = if to > from { 1.0 / (to - from) } else { 0.0 };
         let eyelets = model.sliding_joints.iter().map(|joint| (joint.holder, &joint.segments));
         let through = || eyelets.clone().chain(model.pulleys.iter().map(|pulley| (pulley.holder, &pulley.segments)));
         let bears_eyelet = |i: &usize| through().any(|(holder, rod)| holder == Body::Segment(*i) || rod.contains(i));
         let is_told = |(i, segment): &(usize, &Segment)| segment.fixed && !bears_eyelet(i);
         for (i, segment) in model.segments.iter().enumerate().filter(is_told) {
             let parts = &mut segments[i];
-            let acceleration = (after.velocities[i] - before.velocities[i]) / (to - from);
+            let acceleration = (after.velocities[i] - before.velocities[i]) * rate;
             let momentum = |state: &State| apply_inertia(segment, &state.orientations[i], &state.angular_velocities[i]);
             parts.inertia = Wrench {
                 force: (acceleration - model.gravity) * segment.mass(),

@@ -22,9 +22,6 @@ use crate::{
     rods, sheath,
 };
 
-/// Angle at rest from which on joints are measured from there [rad]: 20 degrees.
-const BENT: f64 = std::f64::consts::PI / 9.0;
-
 /// The scene that `file` describes, its segments cut into parts.
 pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement) -> Result<Scene> {
     let vector = |value: &format::Vector| source.vector(value, "m/s^2");
@@ -125,7 +122,7 @@ pub(crate) fn scene(source: &Source, file: &format::File, refinement: Refinement
         lift(&mut model);
     }
     match file.bending {
-        format::Bending::Angle => model.measure_bent_from_rest(BENT, &own_rests),
+        format::Bending::Angle => model.measure_bent_from_rest(&own_rests),
         format::Bending::Paper => model.strain_measure = StrainMeasure::Sine,
         format::Bending::RestRotation => model.measure_from_rest(),
     }

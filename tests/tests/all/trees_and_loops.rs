@@ -13,9 +13,6 @@ use cosserat::state::{Body, Joint, Model, State, measure};
 use cosserat::statics::{StaticParams, equilibrium};
 use nalgebra::{Rotation3, Vector3};
 
-/// Angle at rest from which on joints are measured from there [rad].
-const BENT: f64 = 0.3;
-
 /// Gravity so small that the beam theory of small deflections holds to 1e-8.
 fn small_gravity(beam: &Beam) -> f64 {
     beam.gravity_for(1e-4)
@@ -32,7 +29,7 @@ fn two_branches(segments: usize, angle: f64, branch_joint: impl Fn(&mut Joint)) 
         let branch = Beam { length: 0.5 * beam.length, segments: segments / 2, ..beam };
         let branch = assembly.rod(&branch.spec(Vector3::x() * beam.length, direction));
         assembly.branch(trunk.end - 1, 1.0, &branch);
-        assembly.model_mut().measure_bent_from_rest(BENT, &[]);
+        assembly.model_mut().measure_bent_from_rest(&[]);
         branch_joint(assembly.model_mut().joints.last_mut().unwrap());
         ends.push(branch.end - 1);
     }

@@ -21,7 +21,10 @@ impl Specimen for BranchedCable {
     }
 
     fn model(&self, numbers: &Numbers) -> Result<(Model, State), SpecimenError> {
-        Ok(self.shape(numbers).assembled(numbers))
+        let (mut model, state) = self.shape(numbers).assembled(numbers);
+        // As its scene does.
+        model.measure_bent_from_rest(&[]);
+        Ok((model, state))
     }
 
     fn markers(&self, numbers: &Numbers, model: &Model, state: &State) -> Vec<Vector3<f64>> {

@@ -262,8 +262,7 @@ fn a_scene_with_a_grip_in_the_middle_and_a_branch_on_a_branch_moves_as_the_predi
     let folder = tempfile::tempdir().unwrap();
     let path = identify::branched::scene::write(folder.path(), &cable, "tree-1", &truth, 1).unwrap();
     let scene = scene::load(&path).unwrap();
-    // An open fault: 2e-5 m in frame 20, 1e-4 m in frame 27. By the sine it is less than 2e-5 m.
-    moves_as_predicted(&scene, &cable, &truth, 1e-3);
+    moves_as_predicted(&scene, &cable, &truth, 2e-5);
 }
 
 #[test]
