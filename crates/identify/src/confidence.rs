@@ -33,6 +33,8 @@ impl<Q: Quantity> Known<Q> {
 
 /// The quantile of the standard normal distribution that a two-sided 95 % interval ends at.
 const QUANTILE: f64 = 1.959_964;
+/// The end of that of Student's distribution with few degrees of freedom.
+const FEW_DEGREES: [(f64, f64); 3] = [(1.0, 12.706_205), (2.0, 4.302_653), (3.0, 3.182_446)];
 /// Widest interval that counts as determined, in factors or, of quantities that may be zero, in shares of their bounds.
 const WIDEST: [f64; 2] = [30.0, 0.5];
 
@@ -100,9 +102,12 @@ fn spreads(changes: &[DVector<f64>]) -> DVector<f64> {
 }
 
 /// The end of a two-sided 95 % interval of Student's distribution, in standard deviations (Abramowitz and Stegun, 26.7.5; within 0.3 % from four
-/// degrees of freedom on).
+/// degrees of freedom on, and as tabulated below).
 fn student(freedom: f64) -> f64 {
     let x = QUANTILE;
+    if let Some((_, tabulated)) = FEW_DEGREES.iter().find(|(few, _)| freedom <= *few) {
+        return *tabulated;
+    }
     let terms = [
         (x.powi(3) + x) / 4.0,
         (5.0 * x.powi(5) + 16.0 * x.powi(3) + 3.0 * x) / 96.0,

@@ -92,6 +92,15 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
         }
     };
     let sets: Vec<Set<K::Specimen>> = train.into_iter().chain(eval).collect();
+    if let Some(regions) = &file.regions {
+        for set in sets.iter().filter(|set| regions_of(&file, set).is_none()) {
+            let (known, free) = (regions.markers(), free_markers(set).len());
+            warn(format_args!(
+                "{}: regions are known of {known} markers, but these recordings have {free} free ones: they are left out",
+                set.name
+            ));
+        }
+    }
     let outcomes =
         sets.iter().map(|set| predicted(&kind, set, &numbers, resolution.steps)).collect::<Result<Vec<Outcome>>>()?;
     let warnings = warnings(&file, &known, &sets, &outcomes);
@@ -99,7 +108,7 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
     warnings.iter().try_for_each(|warning| say!("warning: {warning}"))?;
     say!("{}", page::lines(&known))?;
     for (set, outcome) in sets.iter().zip(&outcomes) {
-        tell(&kind, set, outcome, file.regions.as_ref())?;
+        tell(&kind, set, outcome, regions_of(&file, set))?;
     }
     let file = CableFile { warnings, ..file };
     let code = write(cli, &kind, &sets, &outcomes, file, &numbers, &known, resolution)?;
@@ -122,6 +131,11 @@ pub(crate) fn run<K: Kind>(cli: &Cli) -> Result<ExitCode> {
     Ok(code)
 }
 
+/// The regions of the markers of a set; none where it has other markers than they are of.
+fn regions_of<'a, S: Specimen>(file: &'a CableFile, set: &Set<S>) -> Option<&'a Regions> {
+    file.regions.as_ref().filter(|regions| regions.markers() == free_markers(set).len())
+}
+
 /// How files are read: as the command line says, else as those of an earlier result were.
 fn reading(cli: &Cli, earlier: Option<&CableFile>) -> Result<Reading> {
     let usual =
@@ -136,8 +150,8 @@ fn reading(cli: &Cli, earlier: Option<&CableFile>) -> Result<Reading> {
     })
 }
 
-/// An earlier result for a set that is predicted as finely as told, without regions where it has other markers. Refuses that of another kind
-/// of recordings, and of a cable with other branches.
+/// An earlier result for a set that is predicted as finely as told. Refuses that of another kind of recordings, and of a cable with other
+/// branches.
 fn of_set<K: Kind>(
     mut file: CableFile,
     kind: &K,
@@ -150,13 +164,6 @@ fn of_set<K: Kind>(
     let rods = set.and_then(|set| set.recordings.first()).map(|recording| kind.ways(recording));
     if file.rods.len() > 1 && rods.is_some_and(|rods| rods != file.rods) {
         bail!("--from: it is of a {} with other branches than these recordings'", file.kind);
-    }
-    let free = set.map_or(0, |set| free_markers(set).len());
-    if let Some(regions) = file.regions.take_if(|regions| regions.markers() != free) {
-        warn(format_args!(
-            "--from: the result has regions of {} markers, these recordings have {free} free ones: they are left out",
-            regions.markers()
-        ));
     }
     (file.segments, file.steps) = (resolution.segments, resolution.steps);
     Ok(file)
@@ -175,6 +182,10 @@ fn change<S: Specimen>(set: &Set<S>, outcome: &Outcome, refined: &str, finer: &[
     let cm = |sum: f64| significant(100.0 * sum / set.recordings.len() as f64, 3);
     let [change_cm, before_cm, after_cm] = [change, before, after].map(cm);
     let share = significant(100.0 * change / before, 2);
+    let unsolved: usize = finer.iter().map(|prediction| prediction.unsolved).sum();
+    if unsolved > 0 {
+        warn(format_args!("{}, {refined}: {unsolved} steps were not solved", set.name));
+    }
     say!(
         "{}, {refined}: predictions change by {change_cm} cm of a coordinate, {share} % of their error, which goes from \
          {before_cm} to {after_cm} cm",
@@ -196,6 +207,7 @@ fn search<K: Kind>(
         let group = start.groups().into_iter().find(|(own, _)| own == name).map(|(_, own)| own);
         let quantities = group.map_or_else(one, Ok).map_err(|message| anyhow!("{flag} {message}"))?;
         for quantity in quantities {
+            is_searched(quantity, flag)?;
             if search.free.contains(&quantity) {
                 continue;
             }
@@ -214,16 +226,29 @@ fn search<K: Kind>(
     for hold in &cli.hold {
         let parts = hold.split_once('=').and_then(|(name, value)| Some((name, value.parse().ok()?)));
         let (name, value) = parts.with_context(|| format!("--hold {hold:?}: it must be NAME=VALUE"))?;
-        start.set(name, value).map_err(|message| anyhow!("--hold {message}"))?;
+        let quantity = start.set(name, value).map_err(|message| anyhow!("--hold {message}"))?;
+        is_searched(quantity, "--hold")?;
         for list in [&mut search.free, &mut search.later] {
             list.retain(|quantity| quantity.to_string() != name);
         }
+    }
+    if search.free.is_empty() {
+        // What an expectation holds is searched for from the start then.
+        std::mem::swap(&mut search.free, &mut search.later);
     }
     if search.free.is_empty() {
         bail!("all parameters are held");
     }
     start.check().map_err(|message| anyhow!(message))?;
     Ok(search)
+}
+
+/// Refuses to hold or to free what follows from the other numbers.
+fn is_searched<Q: Quantity>(quantity: Q, flag: &str) -> Result<()> {
+    if quantity.is_averaged() {
+        bail!("{flag} {quantity}: it is not searched for, but is where recordings have the marker in the mean");
+    }
+    Ok(())
 }
 
 type Identified<S> = (CableFile, <S as Specimen>::Numbers, Vec<Known<Of<S>>>);
@@ -398,21 +423,23 @@ fn write<K: Kind>(
         }
     }
     file.write(&cli.out.join("result.json"))?;
-    let free = sets.first().map_or_else(Vec::new, free_markers);
+    let free: Vec<Vec<usize>> = sets.iter().map(free_markers).collect();
     let shown: Vec<Shown<'_>> = sets
         .iter()
         .zip(outcomes)
-        .map(|(set, outcome)| Shown {
+        .zip(&free)
+        .map(|((set, outcome), free)| Shown {
             predicted: Predicted {
                 name: set.name,
                 recordings: &set.recordings,
-                free: &free,
+                free,
                 predictions: &outcome.predictions,
             },
             errors: &outcome.errors,
+            regions: regions_of(&file, set),
         })
         .collect();
-    let page = page::write(&cli.out, (&file.warnings, file.regions.as_ref()), known, &shown, &conditions)?;
+    let page = page::write(&cli.out, &file.warnings, known, &shown, &conditions)?;
     // What is played and written as a scene is of the last set: that to predict, if there is one.
     if let (Some(set), Some(outcome)) = (sets.last(), outcomes.last()) {
         let mut order: Vec<usize> = (0..outcome.errors.len()).collect();
@@ -433,7 +460,7 @@ fn write<K: Kind>(
             *times += 1;
             let name = if *times == 1 { recording.name() } else { format!("{}-{times}", recording.name()) };
             let path = tables.join(format!("{name}.csv"));
-            table::write(&path, recording, &free, prediction, file.regions.as_ref())?;
+            table::write(&path, recording, &free_markers(set), prediction, regions_of(&file, set))?;
         }
         let scene = kind.scene(&cli.out.join("scene"), &set.specimens[median], &name, numbers, steps)?;
         say!("scene of {name}: {}", scene.display())?;

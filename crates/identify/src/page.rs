@@ -88,15 +88,17 @@ pub struct Shown<'a> {
     pub predicted: Predicted<'a>,
     /// The errors, the same names for each recording.
     pub errors: &'a [Vec<(String, f64)>],
+    /// The regions of its predictions, where they are known.
+    pub regions: Option<&'a Regions>,
 }
 
-/// Writes `folder/index.html` with its tables and figures, `warnings` first; with the `regions` of predictions, where they are known.
+/// Writes `folder/index.html` with its tables and figures, `warnings` first.
 ///
 /// # Errors
 /// If the system refuses.
 pub fn write<Q: Quantity>(
     folder: &Path,
-    (warnings, regions): (&[String], Option<&Regions>),
+    warnings: &[String],
     known: &[Known<Q>],
     sets: &[Shown<'_>],
     conditions: &Conditions,
@@ -163,8 +165,9 @@ pub fn write<Q: Quantity>(
             conditions: conditions.clone(),
         })
     };
-    let regions = regions.map(|regions| {
-        let held = |Shown { predicted, .. }: &Shown<'_>| {
+    let coverage = sets.iter().find_map(|set| Some(set.regions?.coverage));
+    let regions = coverage.map(|coverage| {
+        let held = |(Shown { predicted, .. }, regions): (&Shown<'_>, &Regions)| {
             let held = regions.held(predicted.recordings, predicted.free, predicted.predictions);
             let place = |k: usize| (k as f64 + 0.5) / 10.0 * held.longest;
             let known = held.tenths.iter().enumerate().filter(|(_, share)| !share.is_nan());
@@ -174,13 +177,13 @@ pub fn write<Q: Quantity>(
         let chart = LineChart {
             x: Axis::linear("time [s]"),
             y: Axis { range: Some([0.0, 100.0]), ..Axis::linear("markers in their regions [%]") },
-            series: sets.iter().map(held).collect(),
+            series: sets.iter().filter_map(|set| Some(held((set, set.regions?)))).collect(),
             ..LineChart::default()
         };
         let caption = format!(
             "Share of the recorded markers that lie in the balls about the predicted ones that should hold {} % of them. Radii are those of \
              recordings that were left out of the fit one by one; `predictions/` has them.",
-            100.0 * regions.coverage
+            100.0 * coverage
         );
         figure("regions", "Regions that hold", &caption, chart)
     });

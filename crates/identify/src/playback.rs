@@ -43,13 +43,15 @@ fn recorded(recording: &Recording, rods: &[Vec<usize>], dt: f64) -> Run {
         rods.iter().map(|rod| rod.iter().map(|&marker| markers[marker]).collect()).collect()
     };
     let mut assembly = Assembly::new(Vector3::zeros());
-    for nodes in nodes(&recording.markers[0]) {
+    let is_known =
+        |markers: &&Vec<Vector3<f64>>| markers.iter().flat_map(|marker| marker.iter()).all(|x| x.is_finite());
+    for nodes in recording.markers.iter().find(is_known).map_or_else(Vec::new, |markers| nodes(markers)) {
         assembly.rod(&RodSpec::new(nodes, RADIUS, material));
     }
     let (model, mut state) = assembly.finish();
     let mut recorder = Recorder::new("recording", dt, &model);
     for (&time, markers) in recording.time.iter().zip(&recording.markers) {
-        if markers.iter().flat_map(|marker| marker.iter()).all(|x| x.is_finite()) {
+        if is_known(&markers) {
             let poses = nodes(markers).into_iter().flat_map(|nodes| shape::frames(&nodes, 0.0));
             for (i, pose) in poses.enumerate() {
                 (state.positions[i], state.orientations[i]) = (pose.position, pose.orientation);

@@ -49,6 +49,11 @@ pub trait Quantity: Copy + PartialEq + Display + Send + Sync {
         false
     }
 
+    /// Whether it is not searched for, but follows from runs with the others: see [`crate::specimen::Specimen::averaged`].
+    fn is_averaged(self) -> bool {
+        false
+    }
+
     /// The standard deviation of a normal prior of its coordinate about that of its start, if there is one.
     fn prior(self) -> Option<f64> {
         None

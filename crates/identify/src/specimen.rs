@@ -49,18 +49,18 @@ pub trait Numbers:
         Ok(())
     }
 
-    /// Sets a quantity by its name.
+    /// Sets a quantity by its name, and returns it.
     ///
     /// # Errors
     /// If there is none of this name, or the value is not within its bounds. What may be left out may be 0.
-    fn set(&mut self, name: &str, value: f64) -> Result<(), String> {
+    fn set(&mut self, name: &str, value: f64) -> Result<Self::Quantity, String> {
         let quantity = self.named(name)?;
         let [least, most] = quantity.bounds();
         if !((least..=most).contains(&value) || value == 0.0 && quantity.may_be_left_out()) {
             return Err(format!("{name} = {value}, but it must be {least} to {most} {}", quantity.unit()));
         }
         self[quantity] = value;
-        Ok(())
+        Ok(quantity)
     }
 
     /// The quantity of this name.

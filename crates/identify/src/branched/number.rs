@@ -96,6 +96,10 @@ impl Quantity for Number {
         matches!(self, Self::Parent(parameter) if parameter.may_be_left_out())
     }
 
+    fn is_averaged(self) -> bool {
+        matches!(self, Self::Beside { .. })
+    }
+
     fn prior(self) -> Option<f64> {
         match self {
             Self::Parent(Parameter::Roll) => Some(0.5),

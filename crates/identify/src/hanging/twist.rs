@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cosserat::motion::{Driven, Interpolation, Keyframe, Motion};
 use cosserat::state::Body;
-use cosserat::statics::{PathParams, StaticParams, path};
+use cosserat::statics::{PathEnd, PathParams, StaticParams, path};
 use nalgebra::Vector3;
 
 use super::{HangingError, Photograph, Wire};
@@ -21,7 +21,7 @@ const FOUND: f64 = 1e-3;
 /// 0 where it is so without twist, `None` where it is not up to `most` [rad].
 ///
 /// # Errors
-/// If the wire does not reach from grip to grip, or a model is not valid.
+/// If the wire does not reach from grip to grip, a model is not valid, or its equilibria cannot be followed so far.
 pub fn critical_twist(
     wire: &Wire,
     photograph: &Photograph,
@@ -39,16 +39,20 @@ pub fn critical_twist(
     let keyframes = [turned(0.0, 0.0), turned(1.0, most)];
     let motion = Motion::new(anchor.orientation, &keyframes, Interpolation::Linear)?;
     model.motions.push(Driven::new(Body::Anchor(1), Arc::new(motion)));
-    let mut snaps_at = None;
+    let (mut snaps_at, mut reached) = (None, 0.0);
     let params = PathParams {
         rest: StaticParams { leave_unstable: false, ..StaticParams::default() },
         ..PathParams::until(1.0)
     };
-    path(&model, &mut state, &params, &mut |point, _, _| {
+    let report = path(&model, &mut state, &params, &mut |point, _, _| {
+        reached = point.time * most;
         snaps_at = (point.unstable > 0).then_some(point.time * most);
         snaps_at.is_none()
     })?;
-    Ok(snaps_at)
+    match report.end {
+        PathEnd::Until | PathEnd::Stopped => Ok(snaps_at),
+        _ => Err(HangingError::Lost { ratio, degrees: reached.to_degrees() }),
+    }
 }
 
 /// The ratio GJ / EI with which a wire of `bending` EI [N m^2] snaps at a turn of `twist` [rad]: the stiffer it is against twist, the sooner
@@ -64,10 +68,10 @@ pub fn twist_ratio(wire: &Wire, photograph: &Photograph, bending: f64, twist: f6
     }
     let (mut low, mut high) = (least, least * STRIDE);
     while !snaps(high)? {
-        (low, high) = (high, high * STRIDE);
-        if high > most {
+        if high >= most {
             return Err(HangingError::NoTwist { degrees: twist.to_degrees(), least, most });
         }
+        (low, high) = (high, (high * STRIDE).min(most));
     }
     while high / low > 1.0 + FOUND {
         let middle = (low * high).sqrt();

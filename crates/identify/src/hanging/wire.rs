@@ -53,6 +53,14 @@ pub enum HangingError {
         /// Distance of the grips [m].
         apart: f64,
     },
+    /// Its equilibria cannot be followed up to the twist.
+    #[error("with GJ / EI = {ratio} its equilibria can be followed up to {degrees} degrees of twist, and no further")]
+    Lost {
+        /// GJ / EI.
+        ratio: f64,
+        /// The twist up to which they were followed [deg].
+        degrees: f64,
+    },
     /// The wire stays in its plane whatever its stiffness of twist.
     #[error("it does not leave its plane at {degrees} degrees of twist for any GJ / EI from {least} to {most}")]
     NoTwist {

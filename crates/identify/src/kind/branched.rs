@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, bail};
 use export::ExportError;
 
 use super::{Kind, Read};
@@ -30,7 +30,13 @@ impl Kind for Tree {
         };
         let [train, eval] = [of(places[0])?, of(places[1])?];
         let told = if train.0.is_empty() { &eval.0 } else { &train.0 };
-        let tree = Self::of(told, reading.grips).map_err(|message| anyhow!(message))?;
+        if let (true, Some(fault)) = (told.is_empty(), train.1.iter().chain(&eval.1).next()) {
+            bail!("none of the recordings is of use; the first: {fault}");
+        }
+        let tree = Self::of(told, reading.grips).map_err(|message| {
+            let faults: Vec<String> = train.1.iter().chain(&eval.1).map(|fault| format!("; {fault}")).collect();
+            anyhow!("{message}{}", faults.concat())
+        })?;
         let read = [train, eval].map(|(all, mut bad)| {
             let (mut good, others) = each(all, |recording| tree.checked(recording));
             bad.extend(others);

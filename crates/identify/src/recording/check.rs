@@ -85,7 +85,7 @@ fn fill(recording: &mut Recording, marker: usize) -> Result<(), RecordingError> 
         };
         let [from, to] = [before, after].map(|frame| (recording.time[frame], recording.markers[frame][marker]));
         let gap = to.0 - from.0;
-        if gap > LONGEST_GAP {
+        if gap > LONGEST_GAP + 1e-6 {
             return Err(fault(format!(
                 "a marker in a grip is lost for {gap:.3} s, but at most {LONGEST_GAP} s can be filled"
             )));

@@ -76,12 +76,11 @@ pub fn read(path: &Path, reading: Reading) -> Result<Recording, RecordingError> 
     let bytes = fs::read(path).map_err(|error| RecordingError::new(path, error.to_string()))?;
     let is_csv = path.extension().is_some_and(|end| end == "csv");
     let wrong = |message: String| RecordingError::new(path, message);
-    let (time, mut markers) = if is_csv {
+    let (time, markers) = if is_csv {
         table::read(&bytes, reading).map_err(wrong)?
     } else {
         of_grid(&pickle::read(&bytes).map_err(wrong)?, reading).map_err(wrong)?
     };
-    markers.iter_mut().flatten().for_each(|marker| *marker *= reading.unit);
     let start = time.first().copied().unwrap_or_default();
     let time = time.into_iter().map(|time| time - start).collect();
     check::checked(Recording { path: path.to_owned(), time, markers })
@@ -105,6 +104,6 @@ fn of_grid(grid: &Grid, reading: Reading) -> Result<Frames, String> {
         grid.values[frame * 3 * markers + marker * by_marker + axis * by_axis]
     };
     let time = (0..frames).map(|frame| frame as f64 / reading.rate).collect();
-    let marker = |f, m| Vector3::new(at(f, m, 0), at(f, m, 1), at(f, m, 2));
+    let marker = |f, m| Vector3::new(at(f, m, 0), at(f, m, 1), at(f, m, 2)) * reading.unit;
     Ok((time, (0..frames).map(|f| (0..markers).map(|m| marker(f, m)).collect()).collect()))
 }

@@ -12,7 +12,7 @@ pub(super) fn read(bytes: &[u8], reading: Reading) -> Result<Frames, String> {
     let header = table.headers().map_err(|error| error.to_string())?.clone();
     let names: Vec<&str> = header.iter().collect();
     let time_column = names.iter().position(|name| ["t", "time", "time_s", "t_s"].contains(name));
-    let columns = markers(&names)?;
+    let columns = markers(&names, reading.unit)?;
     let is_read =
         |column: &usize| time_column == Some(*column) || columns.iter().any(|(axes, _)| axes.contains(column));
     if let Some(strange) = (0..names.len()).find(|column| !is_read(column)) {
@@ -43,12 +43,12 @@ pub(super) fn read(bytes: &[u8], reading: Reading) -> Result<Frames, String> {
     Ok((time, markers))
 }
 
-/// The columns of each marker's coordinates, and their unit [m].
-fn markers(names: &[&str]) -> Result<Vec<([usize; 3], f64)>, String> {
+/// The columns of each marker's coordinates, and their unit [m]: `usual` of those that do not say it.
+fn markers(names: &[&str], usual: f64) -> Result<Vec<([usize; 3], f64)>, String> {
     let split = |name: &str| -> Option<(String, f64)> {
         let units = [("_mm", 1e-3), ("_cm", 1e-2), ("_m", 1.0)];
         let (name, unit) =
-            units.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit))).unwrap_or((name, 1.0));
+            units.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit))).unwrap_or((name, usual));
         Some((name.strip_suffix("_x")?.to_owned(), unit))
     };
     let mut found = Vec::new();
