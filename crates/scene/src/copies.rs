@@ -1,7 +1,9 @@
 //! From an entry of `[[copies]]` to copies of rods with all that belongs to them.
 
+use std::ops::Range;
+
 use nalgebra::{UnitQuaternion, Vector3};
-use rod::Pose;
+use rod::{Body, Pose};
 use toml::Spanned;
 
 use crate::builder::{Builder, known_names};
@@ -27,7 +29,9 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format
         }
         Ok(())
     })?;
+    let joints = builder.assembly.model_mut().joints.len();
     let copied = builder.assembly.copies(&ranges, &places);
+    copy_own_rests(builder, joints, &ranges, &copied);
     // Motors of copies turn two rods against each other, too.
     for motor in builder.motors.clone().into_iter().filter(|[a, _]| is_copied(*a)) {
         let place = |segment: usize| ranges.iter().position(|range| range.contains(&segment)).unwrap_or_default();
@@ -54,6 +58,25 @@ pub(crate) fn add(builder: &mut Builder, source: &Source, entry: &Spanned<format
         }
     }
     Ok(())
+}
+
+/// Joints that are copied from ones with a rest of their own have one, too. Those of copies begin at index `first`.
+fn copy_own_rests(builder: &mut Builder, first: usize, ranges: &[Range<usize>], copied: &[Range<usize>]) {
+    let joints = &builder.assembly.model_mut().joints;
+    for own in builder.own_rests.clone() {
+        let [a, b] = [joints[own].a, joints[own].b];
+        for copy in copied.chunks(ranges.len()) {
+            let moved = |body: Body| match body {
+                Body::Segment(i) => {
+                    let k = ranges.iter().position(|range| range.contains(&i))?;
+                    Some(Body::Segment(copy[k].start + i - ranges[k].start))
+                }
+                Body::Anchor(_) => None,
+            };
+            let (Some(a), Some(b)) = (moved(a), moved(b)) else { continue };
+            builder.own_rests.extend((first..joints.len()).filter(|&k| (joints[k].a, joints[k].b) == (a, b)));
+        }
+    }
 }
 
 /// Indices of the rods that the entry names, with what grows on them, in their order: a rod, or the trunk of a tree, the

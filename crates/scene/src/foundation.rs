@@ -42,7 +42,8 @@ pub(crate) fn add(
     let mut found = Vec::new();
     for (segment, length) in segments.clone().zip(lengths) {
         let centre = (begin + 0.5 * length) / whole;
-        if from <= centre && centre <= until {
+        // What lies on the limit of two parts is the second one's.
+        if from <= centre && centre < until {
             found.push(segment);
         }
         begin += length;
