@@ -66,7 +66,11 @@ pub(crate) fn find(args: &StaticArgs) -> Result<Outcome> {
         closed = files.close(&scene, &report, refused, &progress, |_| Ok(())).context("--out").map(Some);
     }
     tell(&report, args.rest.json, closed, print)?;
-    Ok(if report.sought.converged { Outcome::Done } else { Outcome::NotConverged })
+    Ok(match report.sought.converged {
+        _ if progress.stopped() => Outcome::Interrupted,
+        true => Outcome::Done,
+        false => Outcome::NotConverged,
+    })
 }
 
 fn print(report: &Report) -> Result<()> {

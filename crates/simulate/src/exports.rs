@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use cosserat::scene::Scene;
+use cosserat::simulation::Formulation;
 use export::{RunFolder, TrajectoryReader, write_format};
 use serde::Deserialize;
 use terminal::say;
@@ -72,8 +73,11 @@ fn scene(args: &ExportArgs, trajectory: &TrajectoryReader) -> Result<Scene> {
     }
     let path = args.folder.join(SUMMARY);
     let text = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    let Summary { held, stands_at_s } =
+    let Summary { held, stands_at_s, formulation } =
         serde_json::from_slice(&text).with_context(|| format!("{} is damaged", path.display()))?;
+    if let Some(formulation) = formulation.and_then(|name| name.parse::<Formulation>().ok()) {
+        scene.model = formulation.measured(&scene.model).into_owned();
+    }
     hold_as(&mut scene, &held, &path.display().to_string())?;
     Ok(if stands_at_s.is_some() { still(scene) } else { scene })
 }
@@ -86,4 +90,6 @@ struct Summary {
     held: Vec<Hold>,
     /// Present where what is driven stands still, at time 0.
     stands_at_s: Option<f64>,
+    /// Of a run.
+    formulation: Option<String>,
 }

@@ -89,7 +89,8 @@ fn one_run(cli: &Cli) -> Result<Outcome> {
 }
 
 fn main() -> ExitCode {
-    if let Some(name) = std::env::args().nth(1).filter(|name| MEASURING.contains(&name.as_str())) {
+    let first = std::env::args_os().nth(1);
+    if let Some(name) = first.as_ref().and_then(|name| name.to_str()).filter(|name| MEASURING.contains(name)) {
         terminal::complain(format_args!("`simulate {name}` is `evaluate {name}` now: cargo run -p evaluate -- {name}"));
         return ExitCode::from(BAD_INPUT);
     }

@@ -18,7 +18,7 @@ use crate::curves::recorder;
 use crate::files::{Files, MODES, write_player};
 use crate::numbers::number;
 use crate::outcome::Outcome;
-use crate::sought::{Sought, begun, tell};
+use crate::sought::{Sought, begun, still, tell};
 
 /// Frames in which a shape swings once.
 const FRAMES: usize = 24;
@@ -92,8 +92,10 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
     let mut closed = Ok(None);
     if let Some(wanted) = args.wanted(&scene.name) {
         let dt = 1.0 / FRAMES as f64;
-        let mut player = wanted.view.then(|| player(&scene, dt));
-        let mut files = Files::open(wanted, &scene, dt, 0, 0.0).context("--out")?;
+        // They swing about the equilibrium of time 0, whatever is driven or changes later.
+        let still = still(scene.clone());
+        let mut player = wanted.view.then(|| player(&still, dt));
+        let mut files = Files::open(wanted, &still, dt, 0, 0.0).context("--out")?;
         files.show_modes(found.modes.iter().map(Mode::frequency).collect(), FRAMES);
         let mut push = |(k, mode): (usize, &Mode)| {
             if let Some(player) = &mut player {
@@ -112,7 +114,7 @@ pub(crate) fn find(args: &ModesArgs) -> Result<Outcome> {
             write_table(&directory.join(MODES), &report.modes)?;
             player.map_or(Ok(()), |player| write_player(directory, player))
         };
-        closed = files.close(&scene, &report, refused, &progress, play).context("--out").map(Some);
+        closed = files.close(&still, &report, refused, &progress, play).context("--out").map(Some);
     }
     progress.finish();
     tell(&report, args.rest.json, closed, print)?;

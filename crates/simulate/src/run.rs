@@ -110,6 +110,10 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
     if time > 0.0 {
         set_time(&mut model, time);
     }
+    if from.is_some() && model.varies() {
+        // Where grips took hold, and what has broken.
+        simulation.store_model(model.to_mut());
+    }
     // Listens to Ctrl-C before the first temporary file is made.
     let progress = Progress::with_lines(scene.run.steps, "steps", quiet)?;
     let title = title(&scene, &settings, name, args);

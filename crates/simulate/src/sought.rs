@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use cosserat::scene::Scene;
+use cosserat::state::State;
 use cosserat::statics::StaticParams;
 use serde::Serialize;
 use terminal::say;
@@ -50,6 +51,9 @@ pub(crate) fn begun(args: &RestArgs) -> Result<(Scene, Vec<Hold>)> {
     let from = args.begin.from.as_ref().map(|origin| origin.folder.clone());
     let mut scene = chosen(args.scene.as_deref(), from, FIRST, &args.of)?;
     let held = scenes::begin_with_frame(&mut scene, &args.begin)?;
+    // At rest nothing moves, whatever it does in the scene.
+    let State { velocities, angular_velocities, .. } = &mut scene.state;
+    velocities.iter_mut().chain(angular_velocities).for_each(|velocity| velocity.fill(0.0));
     Ok((scene, held))
 }
 

@@ -144,7 +144,11 @@ fn relax(args: &StaticArgs) -> Result<Outcome> {
         closed = files.close(&scene, &report, refused, &progress, |_| Ok(())).context("--out").map(Some);
     }
     tell(&report, args.rest.json, closed, print)?;
-    Ok(if found.converged { Outcome::Done } else { Outcome::NotConverged })
+    Ok(match found.converged {
+        _ if progress.stopped() => Outcome::Interrupted,
+        true => Outcome::Done,
+        false => Outcome::NotConverged,
+    })
 }
 
 /// Why there is no equilibrium, with the places of a joint that breaks.
