@@ -258,7 +258,7 @@ impl Assembly {
             (joint.bend_compliance, joint.bend_extra) = (1.0 / (bending * joint.length), 0.0);
         }
         self.model.laws.extend(law.map(|law| InelasticJoint { joint: index, law }));
-        self.model.breakable.extend(strength.map(|strength| BreakableJoint { joint: index, strength }));
+        self.model.breakable.extend(strength.map(|strength| BreakableJoint { joint: index, strength, broke: None }));
         self.model.joints.push(joint);
     }
 

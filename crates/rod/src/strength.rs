@@ -20,6 +20,8 @@ pub struct BreakableJoint {
     pub joint: usize,
     /// What it bears.
     pub strength: Strength,
+    /// The time up to which it held [s], where it has broken: see [`crate::Model::set_time`].
+    pub broke: Option<f64>,
 }
 
 /// How a joint broke.

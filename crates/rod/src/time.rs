@@ -1,10 +1,10 @@
 //! A model at a time: anchors, what is held, loads, gravity and rest shapes as they are then.
 
-use crate::{Body, Change, Changing, Model};
+use crate::{Body, Change, Changing, Freedom, Model};
 
 impl Model {
     /// Makes anchors, loads, gravity and rest shapes those of `time` [s], and what is held what was in the step that ended then, so that
-    /// energies and joints are measured as they are then. What a motion takes hold of on the way is where it says only when
+    /// energies and joints are measured as they are then; what has broken before it is broken. What a motion takes hold of on the way is where it says only when
     /// the simulation has told where that was (`Simulation::store_model`).
     pub fn set_time(&mut self, time: f64) {
         for driven in self.motions.iter().filter(|driven| driven.is_timed()) {
@@ -22,6 +22,9 @@ impl Model {
                     self.open.retain(|open| *open != i);
                 }
             }
+        }
+        for own in self.breakable.iter().filter(|own| own.broke.is_some_and(|broke| time > broke)) {
+            self.joints[own.joint].freedom = Freedom::Broken;
         }
         self.set_changing(time);
     }

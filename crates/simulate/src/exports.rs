@@ -73,10 +73,15 @@ fn scene(args: &ExportArgs, trajectory: &TrajectoryReader) -> Result<Scene> {
     }
     let path = args.folder.join(SUMMARY);
     let text = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    let Summary { held, stands_at_s, formulation } =
+    let Summary { held, stands_at_s, formulation, breaks } =
         serde_json::from_slice(&text).with_context(|| format!("{} is damaged", path.display()))?;
     if let Some(formulation) = formulation.and_then(|name| name.parse::<Formulation>().ok()) {
         scene.model = formulation.measured(&scene.model).into_owned();
+    }
+    for Broken { joint, time_s } in breaks.into_iter().flatten() {
+        if let Some(own) = scene.model.breakable.iter_mut().find(|own| own.joint == joint) {
+            own.broke = Some(time_s);
+        }
     }
     hold_as(&mut scene, &held, &path.display().to_string())?;
     Ok(if stands_at_s.is_some() { still(scene) } else { scene })
@@ -92,4 +97,13 @@ struct Summary {
     stands_at_s: Option<f64>,
     /// Of a run.
     formulation: Option<String>,
+    /// What broke in a run.
+    breaks: Option<Vec<Broken>>,
+}
+
+/// A joint that broke, and the time up to which it held [s].
+#[derive(Deserialize)]
+struct Broken {
+    joint: usize,
+    time_s: f64,
 }

@@ -155,9 +155,10 @@ impl<'a> Keep<'a> {
         }
         if let Some(sampler) = sampled {
             let sample = sampler.sample(model, state, simulation, step);
-            if let (Some(player), true) = (&mut self.player, model.has_timed_grips()) {
+            let has_events = model.has_timed_grips() || !model.breakable.is_empty();
+            if let (Some(player), true) = (&mut self.player, has_events) {
                 let part = self.files.wanted.part(model);
-                player.take_grips(part.as_ref().map_or(model, |part| &part.model));
+                player.take_events(part.as_ref().map_or(model, |part| &part.model));
             }
             self.take(sample, state);
             if shows_contacts {

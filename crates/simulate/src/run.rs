@@ -156,11 +156,12 @@ pub(crate) fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<Outcome> {
         reached.apart = None;
     }
     let mut told = Cow::Borrowed(&scene);
-    if scene.model.has_timed_grips() {
-        // Where grips have taken hold, which the files need, is known now.
+    if scene.model.has_timed_grips() || !scene.model.breakable.is_empty() {
+        // Where grips have taken hold and what has broken, which the files need, is known now.
         let mut model = scene.model.clone();
         simulation.store_model(&mut model);
-        told.to_mut().model.motions = model.motions;
+        let own = &mut told.to_mut().model;
+        (own.motions, own.breakable) = (model.motions, model.breakable);
     }
     let is_finite = reached.status != Status::NonFinite;
     let snapshot = (args.wants_snapshot() && is_finite).then(|| simulation.snapshot());

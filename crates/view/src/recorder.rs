@@ -114,9 +114,10 @@ impl Recorder {
         self.curves.push(curve);
     }
 
-    /// Takes over from the run's `model` where its grips have taken hold, before the frames after that.
-    pub fn take_grips(&mut self, model: &Model) {
+    /// Takes over from the run's `model` where its grips have taken hold and what has broken, before the frames after that.
+    pub fn take_events(&mut self, model: &Model) {
         self.model.motions.clone_from(&model.motions);
+        self.model.breakable.clone_from(&model.breakable);
     }
 
     /// Adds a frame; the first is the start. Its state must have the model's segments. A time that is not finite or goes

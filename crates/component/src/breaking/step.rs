@@ -75,11 +75,12 @@ impl<T: Real> Component<T> {
         self.breakable.iter().filter_map(|own| own.broke.as_ref())
     }
 
-    /// Joints of the model that can break, and what they leave free now.
-    pub fn breakable_joints(&self) -> impl Iterator<Item = (usize, Freedom)> {
-        self.breakable
-            .iter()
-            .map(|own| (own.index, if own.broke.is_some() { Freedom::Broken } else { own.constants.freedom }))
+    /// Joints of the model that can break, what they leave free now, and the time up to which those held that have broken [s].
+    pub fn breakable_joints(&self) -> impl Iterator<Item = (usize, Freedom, Option<f64>)> {
+        self.breakable.iter().map(|own| {
+            let broke = own.broke.map(|broke| broke.time);
+            (own.index, if broke.is_some() { Freedom::Broken } else { own.constants.freedom }, broke)
+        })
     }
 
     /// Shows a visitor which joints have broken, and how.

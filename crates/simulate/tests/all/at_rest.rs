@@ -110,6 +110,46 @@ fn the_flow_and_branches_have_theirs() {
     assert!(of_branches.iter().all(|up| (up / own[0] - 1.0).abs() < 1e-6), "{own:?} {of_branches:?}");
 }
 
+/// Reactions at rest are weights, whatever is driven, and of the first equilibrium of a path too, which shares its time with the start.
+#[test]
+fn reactions_at_rest_know_no_inertia() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = place.path().join("driven.toml");
+    let scene = r#"
+[run]
+dt_s = 0.1
+steps = 2
+[[rods]]
+name = "cable"
+radius_m = 0.01
+youngs_modulus_pa = 1e8
+density_kg_m3 = 1200
+shape.straight = { length_m = 1, segments = 10 }
+clamp = ["start-face"]
+[[rods.motions]]
+segment = 9
+times_s = [0, 1]
+shifts_m = [[0, 0, 0], [0.01, 0, 0.01]]
+"#;
+    fs::write(&file, scene).expect("a scene");
+    let file = file.to_str().expect("UTF-8");
+    for (k, more) in [&[][..], &["--along"]].into_iter().enumerate() {
+        let out = place.path().join(format!("{k}"));
+        let to = out.to_str().expect("UTF-8");
+        let output = run(&[&["static", file, "--export", "csv", "--out", to][..], more].concat());
+        let (code, _, err) = texts(&output);
+        assert_eq!((code, err), (Some(0), ""));
+        let (header, rows) = table(&out, "reactions.csv");
+        let column = |name: &str| header.iter().position(|own| own == name).expect(name);
+        let weight = 9.81 * 1200.0 * std::f64::consts::PI * 1e-5;
+        for row in rows.iter().filter(|row| row[column("body")] == "9") {
+            let [x, z] = ["inertia_force_x_n", "inertia_force_z_n"]
+                .map(|name| row[column(name)].parse::<f64>().expect("a number"));
+            assert!(x.abs() < 1e-12 && (z.abs() - weight).abs() < 1e-9, "{more:?}: {row:?}");
+        }
+    }
+}
+
 #[test]
 fn without_out_it_has_a_folder_of_its_own() {
     let place = tempfile::tempdir().expect("a folder");

@@ -143,6 +143,12 @@ fn grips_with_times_go_on_and_are_exported_later() {
         let left = (60 - steps).to_string();
         runs(&[&file, "--steps", &left, "--trajectory", "--out", &second, "--from", &first]);
         assert_eq!(trajectory(&second).states[..], expected.states[steps..], "from step {steps}");
+        // A run begins with the energy that the one before ended with.
+        let [end, start] = [(&first, "energy_end_j"), (&second, "energy_start_j")].map(|(folder, key)| {
+            let summary = fs::read(Path::new(folder).join("summary.json")).expect("a summary");
+            serde_json::from_slice::<Value>(&summary).expect("JSON")[key].as_f64().expect("an energy")
+        });
+        assert!((end - start).abs() <= 1e-9 * end.abs(), "from step {steps}: {end} J, then {start} J");
     }
     let names = ["joints.csv", "reactions.csv", "segments.csv", "run.glb"];
     let read = || names.map(|name| fs::read(Path::new(&whole).join(name)).expect(name));

@@ -25,9 +25,14 @@ fn files_from_the_disk_are_those_of_the_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let [all, few, later] = ["all", "few", "later"].map(|name| folder.path().join(name));
     let [at_all, at_few, at_later] = [&all, &few, &later].map(|path| path.to_str().expect("UTF-8"));
-    for (scene, rods) in [("helix-on-plane", &[][..]), ("two-rods", &["--rods", "upper"][..])] {
+    for (scene, of_run, rods) in [
+        ("helix-on-plane", &[][..], &[][..]),
+        ("two-rods", &[], &["--rods", "upper"][..]),
+        // By the paper's measure of strains.
+        ("slack-rod", &["--formulation", "xpbd"], &[]),
+    ] {
         let flags = [&["--export", "vtp,glb,csv,obj"][..], rods].concat();
-        let run_of = |more: &[&str]| runs(&[&[scene, "--steps", "7"][..], more].concat());
+        let run_of = |more: &[&str]| runs(&[&[scene, "--steps", "7"][..], of_run, more].concat());
         run_of(&[&flags[..], &["--out", at_all]].concat());
         run_of(&[&flags[..], &["--every", "3", "--out", at_few]].concat());
         // It keeps forces, of all rods.
@@ -46,6 +51,27 @@ fn files_from_the_disk_are_those_of_the_run() {
     // They are the run's now: the next one removes them.
     runs(&["helix", "--steps", "1", "--out", at_later]);
     assert_eq!(contents(&later).keys().collect::<Vec<_>>(), ["run-scene.toml", "run.json"]);
+}
+
+/// A joint that has broken has no curvature, in files of the run and from the disk.
+#[test]
+fn what_has_broken_has_no_curvature() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().to_str().expect("UTF-8");
+    runs(&["spaghetti", "--steps", "80", "--every", "40", "--export", "csv", "--trajectory", "--out", path]);
+    let [joints, breaks] = ["joints.csv", "breaks.csv"].map(|name| fs::read_to_string(folder.path().join(name)));
+    let (joints, breaks) = (joints.expect("a table"), breaks.expect("a table"));
+    let broken = breaks.lines().nth(1).and_then(|row| row.split(',').nth(1)).expect("a joint that broke");
+    let curvatures: Vec<f64> = joints
+        .lines()
+        .map(|row| row.split(',').collect::<Vec<_>>())
+        .filter(|row| row[2] == broken)
+        .map(|row| row[7].parse().expect("a curvature"))
+        .collect();
+    let [first, middle, last] = curvatures[..] else { panic!("{curvatures:?}") };
+    assert!(first > 10.0 && middle >= 0.0 && last == 0.0, "{curvatures:?}");
+    runs(&["export", path, "--export", "csv"]);
+    assert!(fs::read_to_string(folder.path().join("joints.csv")).expect("a table") == joints);
 }
 
 #[test]

@@ -97,8 +97,10 @@ impl Simulation {
             segment.fixed = *held;
         }
         model.open = (0..self.open.len()).filter(|anchor| self.open[*anchor]).collect();
-        for (joint, freedom) in self.singles().flat_map(Component::breakable_joints) {
+        for (joint, freedom, broke) in self.singles().flat_map(Component::breakable_joints) {
             model.joints[joint].freedom = freedom;
+            let own = model.breakable.binary_search_by_key(&joint, |own| own.joint);
+            own.into_iter().for_each(|k| model.breakable[k].broke = broke);
         }
         for k in 0..self.moved_anchors.len() {
             let anchor = self.moved_anchors[k];
