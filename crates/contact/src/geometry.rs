@@ -29,9 +29,9 @@ pub struct Contact {
     pub coefficient: f64,
     /// Whether it is chosen.
     pub has_coefficient: bool,
-    /// How fast its surfaces move past each other at the start of this step, and how fast they did at that of the step before
-    /// [m/s]; zero where friction is the same at rest and sliding.
-    pub slips_at: [Vec3<f64>; 2],
+    /// How fast its surfaces moved past each other over the last step, if it pressed in it, and over the one before [m/s]; zero where
+    /// friction is the same at rest and sliding.
+    pub slips: [Vec3<f64>; 2],
     /// From the partner to the segment.
     pub normal: Vec3<f64>,
     /// Normal and two tangents.
@@ -123,7 +123,7 @@ impl Contact {
             friction,
             coefficient: friction.at_rest,
             has_coefficient: friction.sliding == friction.at_rest,
-            slips_at: [zero; 2],
+            slips: [zero; 2],
             normal: zero,
             frame: [zero; 3],
             arms: [zero; 2],
@@ -163,7 +163,7 @@ impl Contact {
         let mut own = words(self.key);
         own.iter_mut().for_each(|word| visitor.word(word));
         self.key = key(own);
-        let [now, before] = &mut self.slips_at;
+        let [now, before] = &mut self.slips;
         for vector in self.arms.iter_mut().chain([&mut self.normal, &mut self.slip, &mut self.impulse, now, before]) {
             visitor.vector(vector);
         }
@@ -370,23 +370,38 @@ impl Contact {
         self.others().fold(own, |sum, (other, arm, share)| sum - at(other, arm) * share)
     }
 
-    /// Chooses the coefficient of friction of a step from how fast the surfaces move past each other at its start [m/s]: that of
-    /// sliding above `creep` [m/s], which is what a contact that sticks may slip within the tolerance, else that at rest. Where they
-    /// moved the other way a step before, they have been at rest in between. Where friction was as large as it can be in the step before,
-    /// the contact has broken loose or slides: a hundredth of that speed is enough. Within a step the coefficient stays, so that each
-    /// step's law is Coulomb's with one.
-    pub fn choose_coefficient(&mut self, meeting: Vec3<f64>, creep: f64) {
-        let across = meeting - self.normal * meeting.dot(self.normal);
+    /// Whether friction was as large as it can be in the step before: the contact has broken loose or slides.
+    pub fn gave_way(&self) -> bool {
         let [normal, first, second] = self.guess;
         let friction = first.hypot(second);
         let is_largest = |coefficient: f64| (friction - coefficient * normal).abs() <= 1e-3 * coefficient * normal;
-        let Friction { at_rest, sliding } = self.friction;
-        let gives_way = normal > 0.0 && (is_largest(at_rest) || is_largest(sliding));
-        let creep = if gives_way { 0.01 * creep } else { creep };
-        let slides = across.norm_squared() > creep * creep && across.dot(self.slips_at[1]) >= 0.0;
-        self.slips_at[0] = across;
+        normal > 0.0 && (is_largest(self.friction.at_rest) || is_largest(self.friction.sliding))
+    }
+
+    /// Chooses the coefficient of friction of a step from how fast the surfaces moved past each other in the step before or, where the contact did not
+    /// press in it, from how fast they do at the start of this one, `meeting` [m/s]: that of sliding above `creep` [m/s], which is what a
+    /// contact that sticks may slip within the tolerance, else that at rest. Where they moved the other way a step before, they have been at rest in
+    /// between. Within a step the coefficient stays, so that each step's law is Coulomb's with one.
+    pub fn choose_coefficient(&mut self, meeting: impl FnOnce(&Self) -> Vec3<f64>, creep: f64) {
+        let across = if self.pressed > 0 {
+            self.slips[0]
+        } else {
+            let meeting = meeting(self);
+            meeting - self.normal * meeting.dot(self.normal)
+        };
+        let slides = across.norm_squared() > creep * creep && across.dot(self.slips[1]) >= 0.0;
         self.coefficient = if slides { self.friction.sliding } else { self.friction.at_rest };
         self.has_coefficient = true;
+    }
+
+    /// Keeps how fast the surfaces have moved past each other over a step of `dt` [s] that has ended, if it presses.
+    pub fn keep_slip(&mut self, dt: f64) {
+        if self.friction.sliding != self.friction.at_rest {
+            self.slips = match self.pressed {
+                0 => [Vec3::zero(); 2],
+                _ => [self.slip * (1.0 / dt), self.slips[0]],
+            };
+        }
     }
 
     /// A world vector in the contact's frame.

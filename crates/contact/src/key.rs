@@ -23,7 +23,7 @@ pub enum Partner {
 
 impl Partner {
     /// The segment or obstacle that it is, or is a part of.
-    pub(crate) fn whole(self) -> Self {
+    pub fn whole(self) -> Self {
         match self {
             Partner::Segment(i) | Partner::BodyFace(i, _) | Partner::BodyEdge(i, _) => Partner::Segment(i),
             Partner::Obstacle(i) | Partner::Face(i, _) | Partner::Edge(i, _) | Partner::Corner(i, _) => {

@@ -7,6 +7,7 @@ use burn::tensor::Device;
 use copingnet::Backend;
 use export::{ExportError, SealedError, seal, unseal, write_atomically};
 use identify::predict::Prediction;
+use identify::recording::SAME_INTERVAL;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -18,8 +19,6 @@ use crate::network::{Reader, Row, Shape};
 
 /// Version of the file.
 const SCHEMA: u32 = 3;
-/// How far the time from frame to frame may be from that in training, as a part of it.
-pub const SAME_INTERVAL: f64 = 0.1;
 /// Rows of frames that go through a network at once.
 const TOGETHER: usize = 64;
 

@@ -555,7 +555,7 @@ impl Simulation {
 
     fn visit_state(&mut self, visitor: &mut StateVisitor<'_>) {
         // Another number where a snapshot comes to hold something else.
-        visitor.size(2);
+        visitor.size(3);
         visitor.number(&mut self.time);
         self.visit_parted(visitor);
         visitor.number(&mut self.time_lost);

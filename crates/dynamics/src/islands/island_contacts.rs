@@ -167,14 +167,24 @@ impl IslandContacts {
         !self.bounces.is_empty()
     }
 
-    /// Chooses the coefficients of friction of a step for contacts that have none yet.
+    /// Chooses the coefficients of friction of a step for contacts that have none yet. Where all contacts of two bodies that pressed in the step before gave way
+    /// in it, a hundredth of what they may creep tells that they slide; of several contacts some may be at their limit while others hold.
     fn choose_coefficients(&mut self, shared: &Shared, components: &Sets<'_>) {
+        let is_open = |contact: &Contact| !contact.has_coefficient && !contact.is_left_out;
+        if !self.contacts.iter().any(is_open) {
+            return;
+        }
         let world = shared.detector.world(&self.search);
         let fall = 0.5 * shared.slow * self.dt.powi(2);
-        for contact in self.contacts.iter_mut().filter(|contact| !contact.has_coefficient && !contact.is_left_out) {
-            let slip = shared.tolerance * contact.radius;
-            let slip = if fall > 0.0 { slip.min(fall) } else { slip };
-            contact.choose_coefficient(meeting(contact, &world, components), slip / self.dt);
+        let pair = |contact: &Contact| (contact.key.0, contact.key.1.whole());
+        for contacts in self.contacts.chunk_by_mut(|a, b| pair(a) == pair(b)) {
+            let gave_way = contacts.iter().filter(|contact| contact.pressed > 0).all(Contact::gave_way);
+            for contact in contacts.iter_mut().filter(|contact| is_open(contact)) {
+                let slip = shared.tolerance * contact.radius;
+                let slip = if fall > 0.0 { slip.min(fall) } else { slip };
+                let creep = if gave_way && contact.pressed > 0 { 0.01 * slip } else { slip };
+                contact.choose_coefficient(|contact| meeting(contact, &world, components), creep / self.dt);
+            }
         }
     }
 
@@ -442,7 +452,7 @@ impl IslandContacts {
         for contact in &mut self.contacts {
             let before = pressed_before(contact, &self.pressed);
             contact.pressed = if presses(contact) { before.saturating_add(1) } else { 0 };
-            contact.slips_at[1] = contact.slips_at[0];
+            contact.keep_slip(self.dt);
         }
         self.search.keep();
         self.pressed.clear();

@@ -13,6 +13,7 @@ use rod::{Mesh, Model, Pose, State};
 use super::centrelines::Centrelines;
 use super::frame::Frame;
 use super::solids::Solid;
+use super::usda::UNEVEN_RATE;
 use crate::file::stage;
 use crate::{ExportError, Format, Names, TrajectoryReader};
 
@@ -34,8 +35,6 @@ const JSON: &[u8; 4] = b"JSON";
 const BINARY: &[u8; 4] = b"BIN\0";
 /// Bytes of the file's header and of the headers of its two chunks.
 const HEADERS: usize = 12 + 2 * 8;
-/// Frames a second where times do not tell them apart.
-const EVENLY: f32 = 24.0;
 
 /// Writes `run.glb`. Its rest shape is the first frame's; the root node turns z up into y up.
 pub(super) fn write(
@@ -146,10 +145,10 @@ fn fits(bytes: usize) -> Result<u32, String> {
 }
 
 /// Times in f32, each above the one before, as they must be (section 3.11): where f32 cannot tell two of them apart, the
-/// later one is moved by a rounding error. Frames whose times go back, as along a path of equilibria, come evenly, [`EVENLY`] a second.
+/// later one is moved by a rounding error. Frames whose times go back, as along a path of equilibria, come evenly, [`UNEVEN_RATE`] a second.
 fn increasing(times: &[f64]) -> Vec<f32> {
     if times.windows(2).any(|pair| pair[1] < pair[0]) {
-        return (0..times.len()).map(|k| k as f32 / EVENLY).collect();
+        return (0..times.len()).map(|k| k as f32 / UNEVEN_RATE as f32).collect();
     }
     let mut last = f32::NEG_INFINITY;
     let above = |&time: &f64| {

@@ -21,7 +21,7 @@ use crate::{ExportError, Format, Names, TrajectoryReader};
 /// Name of the file.
 const FILE: &str = "run.usda";
 /// Frames a second where those of the run are not evenly spaced in time.
-const UNEVEN_RATE: f64 = 24.0;
+pub(super) const UNEVEN_RATE: f64 = 24.0;
 /// Nodes times frames that are in memory at once; the trajectory is read once for each part of that size.
 const PLACES_AT_ONCE: usize = 4 << 20;
 /// Relative difference of numbers that are alike but for rounding.
