@@ -7,7 +7,7 @@ use burn::tensor::Device;
 use copingnet::Backend;
 use export::{ExportError, SealedError, seal, unseal, write_atomically};
 use identify::predict::Prediction;
-use identify::recording::SAME_INTERVAL;
+use identify::recording::ALIKE;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -75,7 +75,7 @@ impl Correction {
             ));
         }
         let [own, learned] = [film.interval(), self.interval];
-        if (own / learned - 1.0).abs() > SAME_INTERVAL {
+        if (own / learned - 1.0).abs() > ALIKE {
             return Err(format!(
                 "{own} s from frame to frame, but the correction learned from {learned} s: record or sample it like that"
             ));

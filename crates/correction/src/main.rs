@@ -19,7 +19,7 @@ use identify::kind::{Clamped, Kind, Plain, Read};
 use identify::metric::mean_error;
 use identify::noodle::Noodle;
 use identify::predict::{Prediction, predict};
-use identify::recording::{Reading, Recording, SAME_INTERVAL};
+use identify::recording::{ALIKE, Reading, Recording};
 use identify::result::CableFile;
 use report::significant;
 use terminal::{INTERRUPTED, Progress, complain, positive, say, threads, warn};
@@ -221,8 +221,7 @@ fn trained(cli: &Cli, cable: &CableFile) -> Result<(Correction, bool)> {
         bail!("{}: {} markers, but the first recording has {markers}", other.path.display(), other.count());
     }
     let interval = films[0].1.interval();
-    if let Some((other, film)) = films.iter().find(|(_, film)| (film.interval() / interval - 1.0).abs() > SAME_INTERVAL)
-    {
+    if let Some((other, film)) = films.iter().find(|(_, film)| (film.interval() / interval - 1.0).abs() > ALIKE) {
         let (path, own) = (other.path.display(), film.interval());
         bail!(
             "{path}: {own} s from frame to frame, but the first recording has {interval} s: sample all of them alike"

@@ -15,6 +15,7 @@ mod read;
 mod reading;
 mod table;
 
+pub use check::ALIKE;
 pub(crate) use check::{
     check_length, check_neighbours, drop_other_counts, drop_other_lengths, fill_grips, first_length, median,
 };
@@ -26,9 +27,6 @@ pub use reading::Reading;
 
 /// Markers at each end of a cable that its grips hold, and that are given to a prediction over all time.
 pub const GRIPPED: usize = 2;
-
-/// How far the times from frame to frame of two recordings that are sampled alike may be from each other, as a part of them.
-pub const SAME_INTERVAL: f64 = 0.1;
 
 /// Markers along one cable over time. A marker that was lost in a frame has the coordinates NaN there; those in the grips and
 /// those of the first two frames are never lost.

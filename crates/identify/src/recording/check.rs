@@ -17,8 +17,8 @@ const LENGTHS: [f64; 2] = [0.05, 20.0];
 const FARTHEST: f64 = 0.5;
 /// Longest gap of a marker in a grip that is filled by a line [s].
 const LONGEST_GAP: f64 = 0.1;
-/// How far the length of a recording's cable may be from that of most, as a part of it.
-const SAME_LENGTH: f64 = 0.15;
+/// How far lengths of cables and times from frame to frame of recordings that belong together may be apart, as a part of them.
+pub const ALIKE: f64 = 0.15;
 
 /// The recording with the gaps of its grips filled, if it is sound.
 pub(super) fn checked(mut recording: Recording) -> Result<Recording, RecordingError> {
@@ -193,7 +193,7 @@ pub(crate) fn drop_other_lengths<R>(recordings: &mut Vec<R>, of: impl Fn(&R) -> 
     let mut dropped = Vec::new();
     recordings.retain(|recording| {
         let (path, found) = of(recording);
-        let fits = (found / usual - 1.0).abs() <= SAME_LENGTH;
+        let fits = (found / usual - 1.0).abs() <= ALIKE;
         if !fits {
             let message = format!("{found:.3} m long, but most are {usual:.3} m: other units or markers");
             dropped.push(RecordingError::new(path, message));
