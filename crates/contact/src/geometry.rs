@@ -29,9 +29,10 @@ pub struct Contact {
     pub coefficient: f64,
     /// Whether it is chosen.
     pub has_coefficient: bool,
-    /// How fast its surfaces moved past each other over the last step, if it pressed in it, and over the one before [m/s]; zero where
-    /// friction is the same at rest and sliding.
-    pub slips: [Vec3<f64>; 2],
+    /// By how much its surfaces have slid past each other in the last step [m]; zero where friction is the same at rest and sliding.
+    pub last_slip: Vec3<f64>,
+    /// The same in all steps in a row in which it gave way [m].
+    pub slid: Vec3<f64>,
     /// From the partner to the segment.
     pub normal: Vec3<f64>,
     /// Normal and two tangents.
@@ -123,7 +124,8 @@ impl Contact {
             friction,
             coefficient: friction.at_rest,
             has_coefficient: friction.sliding == friction.at_rest,
-            slips: [zero; 2],
+            last_slip: zero,
+            slid: zero,
             normal: zero,
             frame: [zero; 3],
             arms: [zero; 2],
@@ -163,7 +165,7 @@ impl Contact {
         let mut own = words(self.key);
         own.iter_mut().for_each(|word| visitor.word(word));
         self.key = key(own);
-        let [now, before] = &mut self.slips;
+        let (now, before) = (&mut self.last_slip, &mut self.slid);
         for vector in self.arms.iter_mut().chain([&mut self.normal, &mut self.slip, &mut self.impulse, now, before]) {
             visitor.vector(vector);
         }
@@ -378,29 +380,43 @@ impl Contact {
         normal > 0.0 && (is_largest(self.friction.at_rest) || is_largest(self.friction.sliding))
     }
 
-    /// Chooses the coefficient of friction of a step from how fast the surfaces moved past each other in the step before or, where the contact did not
-    /// press in it, from how fast they do at the start of this one, `meeting` [m/s]: that of sliding above `creep` [m/s], which is what a
-    /// contact that sticks may slip within the tolerance, else that at rest. Where they moved the other way a step before, they have been at rest in
-    /// between. Within a step the coefficient stays, so that each step's law is Coulomb's with one.
-    pub fn choose_coefficient(&mut self, meeting: impl FnOnce(&Self) -> Vec3<f64>, creep: f64) {
-        let across = if self.pressed > 0 {
-            self.slips[0]
-        } else {
+    /// Chooses the coefficient of friction of a step: that of sliding where the surfaces slid past each other by more than `creep` [m], which is what a
+    /// contact that sticks may within the tolerance, else that at rest. The slip is that of the step before and, where contacts `gave_way` in it, of those before
+    /// that in which they did, too; of a contact that did not press it is what surfaces move in `dt` [s] as they meet, at `meeting` [m/s]. Within a step the
+    /// coefficient stays, so that each step's law is Coulomb's with one.
+    pub fn choose_coefficient(
+        &mut self,
+        gave_way: bool,
+        meeting: impl FnOnce(&Self) -> Vec3<f64>,
+        (creep, dt): (f64, f64),
+    ) {
+        if self.pressed == 0 {
             let meeting = meeting(self);
-            meeting - self.normal * meeting.dot(self.normal)
-        };
-        let slides = across.norm_squared() > creep * creep && across.dot(self.slips[1]) >= 0.0;
+            self.slid = (meeting - self.normal * meeting.dot(self.normal)) * dt;
+        }
+        let slides = self.slid.norm_squared() > creep * creep;
+        if !gave_way {
+            self.slid = Vec3::zero();
+        }
         self.coefficient = if slides { self.friction.sliding } else { self.friction.at_rest };
         self.has_coefficient = true;
     }
 
-    /// Keeps how fast the surfaces have moved past each other over a step of `dt` [s] that has ended, if it presses.
-    pub fn keep_slip(&mut self, dt: f64) {
+    /// Lets a contact that slides stick where its surfaces would go back in the step under way: they have been at rest in between. Returns whether it is one.
+    pub fn stick_as_it_turns(&mut self) -> bool {
+        let turns = self.coefficient < self.friction.at_rest && self.pressed > 0 && self.slip.dot(self.last_slip) < 0.0;
+        if turns {
+            self.coefficient = self.friction.at_rest;
+        }
+        turns
+    }
+
+    /// Keeps by how much the surfaces have slid past each other in a step that has ended, if it presses.
+    pub fn keep_slip(&mut self) {
         if self.friction.sliding != self.friction.at_rest {
-            self.slips = match self.pressed {
-                0 => [Vec3::zero(); 2],
-                _ => [self.slip * (1.0 / dt), self.slips[0]],
-            };
+            let is_first = self.pressed <= 1;
+            self.last_slip = if self.pressed > 0 { self.slip } else { Vec3::zero() };
+            self.slid = if is_first { self.last_slip } else { self.slid + self.last_slip };
         }
     }
 

@@ -42,7 +42,8 @@ pub fn find(
         if let Some(old) = old.next_if(|old| old.key == contact.key) {
             (contact.guess, contact.impulse, contact.target) = (old.guess, old.impulse, old.target);
             contact.applied = old.applied;
-            (contact.pressed, contact.effective_dt, contact.slips) = (old.pressed, old.effective_dt, old.slips);
+            (contact.pressed, contact.effective_dt) = (old.pressed, old.effective_dt);
+            (contact.last_slip, contact.slid) = (old.last_slip, old.slid);
             if again {
                 // Within a step its law is the same, and what it answers.
                 (contact.compliance, contact.coefficient) = (old.compliance, old.coefficient);

@@ -167,8 +167,8 @@ impl IslandContacts {
         !self.bounces.is_empty()
     }
 
-    /// Chooses the coefficients of friction of a step for contacts that have none yet. Where all contacts of two bodies that pressed in the step before gave way
-    /// in it, a hundredth of what they may creep tells that they slide; of several contacts some may be at their limit while others hold.
+    /// Chooses the coefficients of friction of a step for contacts that have none yet. Two bodies have given way to each other where all of their contacts that
+    /// press are at their limit: of several some may be while others hold.
     fn choose_coefficients(&mut self, shared: &Shared, components: &Sets<'_>) {
         let is_open = |contact: &Contact| !contact.has_coefficient && !contact.is_left_out;
         if !self.contacts.iter().any(is_open) {
@@ -182,8 +182,7 @@ impl IslandContacts {
             for contact in contacts.iter_mut().filter(|contact| is_open(contact)) {
                 let slip = shared.tolerance * contact.radius;
                 let slip = if fall > 0.0 { slip.min(fall) } else { slip };
-                let creep = if gave_way && contact.pressed > 0 { 0.01 * slip } else { slip };
-                contact.choose_coefficient(|contact| meeting(contact, &world, components), creep / self.dt);
+                contact.choose_coefficient(gave_way, |contact| meeting(contact, &world, components), (slip, self.dt));
             }
         }
     }
@@ -452,7 +451,7 @@ impl IslandContacts {
         for contact in &mut self.contacts {
             let before = pressed_before(contact, &self.pressed);
             contact.pressed = if presses(contact) { before.saturating_add(1) } else { 0 };
-            contact.keep_slip(self.dt);
+            contact.keep_slip();
         }
         self.search.keep();
         self.pressed.clear();

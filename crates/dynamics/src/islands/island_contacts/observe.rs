@@ -84,6 +84,14 @@ impl IslandContacts {
             worst = worst.max(contact.residual);
         }
         self.press(shared, components);
+        if worst <= tolerance {
+            // Once a contact and step, so that this ends.
+            let turns =
+                self.contacts.iter_mut().filter(|contact| contact.has_coefficient).map(Contact::stick_as_it_turns);
+            if turns.fold(false, |any, turns| any | turns) {
+                worst = 2.0 * tolerance;
+            }
+        }
         if is_finite { worst } else { f64::NAN }
     }
 
