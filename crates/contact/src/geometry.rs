@@ -393,11 +393,10 @@ impl Contact {
         if self.pressed == 0 {
             let meeting = meeting(self);
             self.slid = (meeting - self.normal * meeting.dot(self.normal)) * dt;
+        } else if !gave_way {
+            self.slid = self.last_slip;
         }
         let slides = self.slid.norm_squared() > creep * creep;
-        if !gave_way {
-            self.slid = Vec3::zero();
-        }
         self.coefficient = if slides { self.friction.sliding } else { self.friction.at_rest };
         self.has_coefficient = true;
     }
@@ -406,7 +405,7 @@ impl Contact {
     pub fn stick_as_it_turns(&mut self) -> bool {
         let turns = self.coefficient < self.friction.at_rest && self.pressed > 0 && self.slip.dot(self.last_slip) < 0.0;
         if turns {
-            self.coefficient = self.friction.at_rest;
+            (self.coefficient, self.slid) = (self.friction.at_rest, Vec3::zero());
         }
         turns
     }
