@@ -117,7 +117,7 @@ impl Reaction {
             let momentum = |state: &State| apply_inertia(segment, &state.orientations[i], &state.angular_velocities[i]);
             parts.inertia = Wrench {
                 force: (acceleration - model.gravity) * segment.mass(),
-                moment: (momentum(after) - momentum(before)) / (to - from),
+                moment: (momentum(after) - momentum(before)) * rate,
             };
             parts.contacts = contacts.get(i).copied().unwrap_or_default();
             parts.drag = air.as_ref().map_or_else(Wrench::default, |(air, wind)| model.drag_in(air, wind, i, after));

@@ -146,6 +146,10 @@ shifts_m = [[0, 0, 0], [0.01, 0, 0.01]]
             let [x, z] = ["inertia_force_x_n", "inertia_force_z_n"]
                 .map(|name| row[column(name)].parse::<f64>().expect("a number"));
             assert!(x.abs() < 1e-12 && (z.abs() - weight).abs() < 1e-9, "{more:?}: {row:?}");
+            for axis in ["x", "y", "z"] {
+                let moment: f64 = row[column(&format!("inertia_moment_{axis}_n_m"))].parse().expect("a number");
+                assert!(moment == 0.0, "{more:?}: {row:?}");
+            }
         }
     }
 }
