@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::driven::begins_at;
 use crate::error::unit;
-use crate::{Body, Changing, DriveError, Driven, InnerDamping, Joint, Model, ModelError, Mount, State};
+use crate::{Body, Changing, DriveError, Driven, Freedom, InnerDamping, Joint, Model, ModelError, Mount, State};
 
 impl Model {
     /// Checks every number and index, and that `state` fits: what all functions that take a model and a state expect.
@@ -69,6 +69,10 @@ impl Model {
             not_negative("joint", i, "bend compliance", j.bend_compliance)?;
             not_negative("joint", i, "bend compliance about d2", j.bend_twist_compliance().y)?;
             not_negative("joint", i, "twist compliance", j.twist_compliance)?;
+            // Beside the free axis a root of zero would leave moments to rounding.
+            if j.freedom == Freedom::Hinge {
+                positive("joint", i, "bend compliance of a hinge", j.bend_compliance)?;
+            }
             if let Some(Mount { across: [a, b] }) = &j.mount {
                 finite("joint", i, "place", &[a.x, a.y, b.x, b.y])?;
             }

@@ -167,6 +167,7 @@ fn turning(
     if let Body::Anchor(k) = pulley.holder {
         model.anchors[k].orientation = orientation;
     }
+    let rigid = Joint::RIGID / radius.powi(4);
     let joint = Joint {
         a: Body::Segment(segment),
         b: pulley.holder,
@@ -178,9 +179,9 @@ fn turning(
         stretch_compliance: Joint::RIGID,
         shear_compliance: Joint::RIGID,
         shear_extra: 0.0,
-        bend_compliance: 0.0,
+        bend_compliance: rigid,
         bend_extra: 0.0,
-        twist_compliance: 0.0,
+        twist_compliance: rigid,
         inner_damping: InnerDamping::default(),
         youngs_modulus: 1.0,
         torsion_modulus: 1.0,
