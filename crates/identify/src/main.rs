@@ -11,6 +11,7 @@ use identify::noodle::is_noodle;
 use identify::recording::{Grips, files, is_flat};
 use terminal::{complain, positive, threads};
 
+mod film_command;
 mod hanging_command;
 mod identification;
 
@@ -73,6 +74,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Film(film_command::Filming),
     Hanging(hanging_command::Hanging),
 }
 
@@ -87,8 +89,10 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<ExitCode> {
-    if let Some(Command::Hanging(hanging)) = &cli.command {
-        return hanging.run().map(|()| ExitCode::SUCCESS);
+    match &cli.command {
+        Some(Command::Film(film)) => return film.run().map(|()| ExitCode::SUCCESS),
+        Some(Command::Hanging(hanging)) => return hanging.run().map(|()| ExitCode::SUCCESS),
+        None => {}
     }
     if let Some(count) = cli.threads {
         rayon::ThreadPoolBuilder::new().num_threads(count).build_global()?;

@@ -17,8 +17,6 @@ use crate::predict::predict;
 use crate::recording::Recording;
 use crate::specimen::SpecimenError;
 
-/// Markers along the cable, those in the grips included.
-const MARKERS: usize = 9;
 /// Time from frame to frame [s].
 const INTERVAL: f64 = 0.01;
 
@@ -29,6 +27,10 @@ pub struct Plan {
     pub recordings: usize,
     /// Frames of each, 0.01 s apart.
     pub frames: usize,
+    /// Markers along the cable, those in the grips included.
+    pub markers: usize,
+    /// How many times as fast as usual the grips move: 3 to 5 rad/s.
+    pub pace: f64,
     /// Standard deviation of a coordinate of a free marker [m], normal, from the third frame on: the first two say how the cable
     /// begins.
     pub noise: f64,
@@ -41,10 +43,10 @@ pub struct Plan {
 }
 
 impl Default for Plan {
-    /// Eight recordings of 0.6 s without noise, as finely as searches are.
+    /// Eight recordings of 0.6 s with nine markers, without noise, as finely as searches are.
     fn default() -> Self {
         let resolution = Resolution::SEARCH;
-        Self { recordings: 8, frames: 60, noise: 0.0, seed: 3, is_planar: false, resolution }
+        Self { recordings: 8, frames: 60, markers: 9, pace: 1.0, noise: 0.0, seed: 3, is_planar: false, resolution }
     }
 }
 
@@ -93,8 +95,8 @@ fn normal(random: &mut ChaCha8Rng) -> f64 {
 fn grips(index: usize, plan: &Plan) -> Recording {
     let phase = 1.3 * index as f64;
     let place = |time: f64, k: usize| {
-        let s = k as f64 / (MARKERS - 1) as f64;
-        let sway = |speed: f64, shift: f64| (speed * time + phase + shift).sin() - (phase + shift).sin();
+        let s = k as f64 / (plan.markers - 1) as f64;
+        let sway = |speed: f64, shift: f64| (plan.pace * speed * time + phase + shift).sin() - (phase + shift).sin();
         let across = if plan.is_planar { 0.0 } else { 0.06 };
         let end = |x: f64, shift: f64| {
             Vector3::new(x + 0.04 * sway(4.0, shift), across * sway(5.0, shift), 0.06 * sway(3.0, shift))
@@ -103,7 +105,7 @@ fn grips(index: usize, plan: &Plan) -> Recording {
         end(-0.25, 0.0) * (1.0 - s) + end(0.25, 1.0) * s + sag
     };
     let time: Vec<f64> = (0..plan.frames).map(|frame| INTERVAL * frame as f64).collect();
-    let markers = time.iter().map(|&time| (0..MARKERS).map(|k| place(time, k)).collect()).collect();
+    let markers = time.iter().map(|&time| (0..plan.markers).map(|k| place(time, k)).collect()).collect();
     Recording { path: PathBuf::from(format!("simulated-{index}")), time, markers }
 }
 

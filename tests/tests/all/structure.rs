@@ -30,7 +30,7 @@ const CONSTANTS: [(&str, usize); 32] = [
     ("export", 24),
     ("friction", 22),
     ("graph", 24),
-    ("identify", 39),
+    ("identify", 48),
     ("jointed", 17),
     ("kernels", 5),
     ("knn", 3),

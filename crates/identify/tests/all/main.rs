@@ -1,6 +1,7 @@
 //! All tests of the crate's public side as one program, which builds faster than one program a file.
 
 mod branched;
+mod film;
 mod hanging;
 mod noodle;
 mod recordings;

@@ -1,0 +1,258 @@
+//! Pinhole cameras, and what they say of where a cable is.
+
+use nalgebra::{DMatrix, DVector, Rotation3, Vector2, Vector3};
+
+use super::Film;
+
+/// What the first camera sees of a frame at even places along the cable, and the second one if there is one [px].
+pub(super) type Views = (Vec<Vector2<f64>>, Option<Vec<Vector2<f64>>>);
+
+/// By how much the length of the cable may change, root mean square.
+const MOST_STRETCH: f64 = 0.1;
+/// What cameras usually are: the focal length in widths of the picture, by a factor of e^0.5. It decides where nothing else does: of one
+/// camera that looks along the normal.
+const USUAL_FOCAL: f64 = 0.9;
+
+/// Cameras, and where they are.
+pub(super) struct Scene {
+    eyes: Eyes,
+    /// Middle of the picture [px].
+    middle: Vector2<f64>,
+    /// Lengths of the frame in which cameras are found, to metres.
+    scale: f64,
+    /// See [`super::Filmed`].
+    pub(super) missed: f64,
+    pub(super) stretch: f64,
+    /// Directions to the right, away and up in the first camera's axes: to its right, down and forward.
+    axes: [Vector3<f64>; 3],
+}
+
+/// One camera and a plane, or two cameras.
+enum Eyes {
+    /// Focal length [px], and the normal of the plane at the distance 1.
+    One { focal: f64, normal: Vector3<f64> },
+    /// Focal lengths [px], and how the second camera sees what the first one does: turned, then shifted.
+    Two { focal: [f64; 2], turn: Rotation3<f64>, shift: Vector3<f64> },
+}
+
+impl Eyes {
+    /// From the numbers that are searched for.
+    fn new(numbers: &DVector<f64>, has_two: bool) -> Self {
+        if has_two {
+            let turn = Rotation3::new(Vector3::new(numbers[2], numbers[3], numbers[4]));
+            let shift = Vector3::new(numbers[5], numbers[6], numbers[7]);
+            return Self::Two { focal: [numbers[0].exp(), numbers[1].exp()], turn, shift };
+        }
+        Self::One { focal: numbers[0].exp(), normal: Vector3::new(numbers[1], numbers[2], 1.0).normalize() }
+    }
+
+    /// Where a place is that cameras see so, from the middles of their pictures, and how far each of them misses it [px].
+    fn place(&self, first: Vector2<f64>, second: Option<Vector2<f64>>) -> (Vector3<f64>, [Vector2<f64>; 2]) {
+        match (self, second) {
+            (Self::Two { focal, turn, shift }, Some(second)) => {
+                let [a, b] = [ray(first, focal[0]), turn.inverse() * ray(second, focal[1])];
+                let from = turn.inverse() * -*shift;
+                // The middle of the shortest way between both rays.
+                let (aa, ab, bb) = (a.norm_squared(), a.dot(&b), b.norm_squared());
+                let determinant = (aa * bb - ab * ab).max(1e-12 * aa * bb);
+                let (on_a, on_b) = (a.dot(&from), b.dot(&from));
+                let [t, u] = [(on_a * bb - ab * on_b) / determinant, (ab * on_a - aa * on_b) / determinant];
+                let at = (a * t + from + b * u) * 0.5;
+                let missed = |at: Vector3<f64>, focal: f64, seen: Vector2<f64>| {
+                    if at.z > 1e-6 { at.xy() * (focal / at.z) - seen } else { Vector2::repeat(focal) }
+                };
+                (at, [missed(at, focal[0], first), missed(turn * at + shift, focal[1], second)])
+            }
+            (Self::One { focal, normal }, _) => {
+                let ray = ray(first, *focal);
+                (ray / normal.dot(&ray).max(1e-3), [Vector2::zeros(); 2])
+            }
+            (Self::Two { .. }, None) => (Vector3::zeros(), [Vector2::zeros(); 2]),
+        }
+    }
+}
+
+/// The direction in which a camera sees a point of its picture, from the middle.
+fn ray(at: Vector2<f64>, focal: f64) -> Vector3<f64> {
+    Vector3::new(at.x / focal, at.y / focal, 1.0)
+}
+
+/// What cameras leave unexplained.
+struct Fit {
+    /// What each point is off [px]: of rays that miss each other, of lengths that change.
+    residuals: DVector<f64>,
+    /// The lengths' scale that makes their mean right [m].
+    scale: f64,
+    missed: f64,
+    stretch: f64,
+}
+
+/// What is left unexplained of what was seen, from the middles of the pictures.
+fn fit(eyes: &Eyes, seen: &[Views], film: &Film) -> Fit {
+    let mut residuals = Vec::new();
+    // Lengths between neighbours, and what they are in the picture [px].
+    let mut parts = Vec::new();
+    for (first, second) in seen {
+        let mut before: Option<Vector3<f64>> = None;
+        for (k, &seen) in first.iter().enumerate() {
+            let other = second.as_ref().map(|own| own[k]);
+            let (at, missed) = eyes.place(seen, other);
+            if other.is_some() {
+                residuals.extend(missed.iter().flat_map(|own| [own.x, own.y]));
+            }
+            if let Some(before) = before {
+                parts.push(((at - before).norm(), (seen - first[k - 1]).norm()));
+            }
+            before = Some(at);
+        }
+    }
+    let squares = |values: &[f64]| values.iter().map(|own| own * own).sum::<f64>();
+    let missed = (squares(&residuals) / (residuals.len().max(2) / 2) as f64).sqrt();
+    let mean = parts.iter().map(|(length, _)| length).sum::<f64>() / parts.len() as f64;
+    let in_picture = parts.iter().map(|(_, length)| length).sum::<f64>() / parts.len() as f64;
+    let changes: Vec<f64> = parts.iter().map(|(length, _)| length / mean - 1.0).collect();
+    let stretch = (squares(&changes) / changes.len() as f64).sqrt();
+    residuals.extend(changes.iter().map(|change| change * in_picture));
+    // As much as one point that is a pixel off.
+    let focal = match eyes {
+        Eyes::One { focal, .. } => vec![*focal],
+        Eyes::Two { focal, .. } => focal.to_vec(),
+    };
+    let expected = film.focal.map_or((USUAL_FOCAL * film.image[0], 0.5), |focal| (focal, 1e-6));
+    residuals.extend(focal.iter().map(|focal| (focal / expected.0).ln() / expected.1));
+    let share = 1.0 / (first_count(seen) - 1) as f64;
+    Fit { residuals: DVector::from_vec(residuals), scale: film.length * share / mean, missed, stretch }
+}
+
+/// Points that are seen of each frame.
+fn first_count(seen: &[Views]) -> usize {
+    seen.first().map_or(2, |(first, _)| first.len())
+}
+
+/// Numbers that leave less unexplained, from some (Levenberg and Marquardt's method, derivatives by differences), and what they leave.
+fn search(mut numbers: DVector<f64>, residuals: impl Fn(&DVector<f64>) -> DVector<f64>) -> (DVector<f64>, f64) {
+    let mut now = residuals(&numbers);
+    let mut damping = 1e-3;
+    for _ in 0..60 {
+        let step = 1e-6;
+        let columns: Vec<DVector<f64>> = (0..numbers.len())
+            .map(|k| {
+                let moved = |by: f64| {
+                    let mut other = numbers.clone();
+                    other[k] += by;
+                    residuals(&other)
+                };
+                (moved(step) - moved(-step)) / (2.0 * step)
+            })
+            .collect();
+        let slopes = DMatrix::from_columns(&columns);
+        let (normal, side) = (slopes.transpose() * &slopes, slopes.transpose() * &now);
+        let mut gain = 0.0;
+        while damping < 1e8 {
+            let mut damped = normal.clone();
+            (0..numbers.len()).for_each(|k| damped[(k, k)] += damping * (normal[(k, k)] + 1e-9));
+            let next = damped.cholesky().map(|factor| &numbers - factor.solve(&side));
+            let found = next.map(|next| (residuals(&next), next));
+            match found {
+                Some((left, next)) if left.norm_squared() < now.norm_squared() => {
+                    gain = 1.0 - left.norm_squared() / now.norm_squared();
+                    (numbers, now) = (next, left);
+                    damping *= 0.2;
+                    break;
+                }
+                _ => damping *= 5.0,
+            }
+        }
+        if gain < 1e-9 {
+            break;
+        }
+    }
+    let left = now.norm_squared();
+    (numbers, left)
+}
+
+impl Scene {
+    /// The cameras by which rays meet best and the cable keeps its length best.
+    pub(super) fn find(seen: &[Views], film: &Film) -> Result<Self, String> {
+        let middle = Vector2::new(film.image[0], film.image[1]) * 0.5;
+        let centred = |own: &Vec<Vector2<f64>>| own.iter().map(|at| at - middle).collect::<Vec<_>>();
+        let seen: Vec<Views> = seen.iter().map(|(a, b)| (centred(a), b.as_ref().map(centred))).collect();
+        let has_two = seen.iter().all(|(_, second)| second.is_some());
+        let focal = film.focal.unwrap_or(USUAL_FOCAL * film.image[0]).ln();
+        // Two cameras at the same height that look at the same place, or a plane seen from the front and from its sides.
+        let starts: Vec<Vec<f64>> = if has_two {
+            [30.0_f64, 60.0, 90.0, 120.0, 150.0]
+                .iter()
+                .flat_map(|angle| [*angle, -angle])
+                .map(|angle| {
+                    let turn = Rotation3::new(Vector3::y() * angle.to_radians());
+                    let shift = Vector3::z() - turn * Vector3::z();
+                    [vec![focal; 2], turn.scaled_axis().iter().copied().collect(), shift.iter().copied().collect()]
+                        .concat()
+                })
+                .collect()
+        } else {
+            [[0.0, 0.0], [0.5, 0.0], [-0.5, 0.0], [0.0, 0.5], [0.0, -0.5]].map(|[x, y]| vec![focal, x, y]).to_vec()
+        };
+        let unexplained = |numbers: &DVector<f64>| fit(&Eyes::new(numbers, has_two), &seen, film).residuals;
+        let best = starts
+            .into_iter()
+            .map(|start| search(DVector::from_vec(start), unexplained))
+            .min_by(|(_, a), (_, b)| a.total_cmp(b));
+        let Some((numbers, _)) = best else { return Err("there are no cameras".into()) };
+        let eyes = Eyes::new(&numbers, has_two);
+        let Fit { scale, missed, stretch, .. } = fit(&eyes, &seen, film);
+        if !(stretch <= MOST_STRETCH) {
+            let why = if has_two {
+                "do both clips have the same frame numbers, and s the same start?"
+            } else {
+                "does it move in one plane, and is s a share of its length?"
+            };
+            return Err(format!(
+                "no camera explains what is seen: parts of the cable change their length by {:.0} % (root mean square), at most {:.0} % is \
+                 allowed; {why}",
+                100.0 * stretch,
+                100.0 * MOST_STRETCH
+            ));
+        }
+        let axes = match &eyes {
+            Eyes::One { normal, .. } => {
+                // Both the plane's normal and what is to the right in a picture that stands upright are level.
+                let up = Vector3::x().cross(normal).normalize();
+                [normal.cross(&up).normalize() * -1.0, *normal, up]
+            }
+            Eyes::Two { .. } => {
+                let (sine, cosine) = film.pitch.sin_cos();
+                let up = Vector3::new(0.0, -cosine, -sine);
+                [Vector3::x(), up.cross(&Vector3::x()), up]
+            }
+        };
+        Ok(Self { eyes, middle, scale, missed, stretch, axes })
+    }
+
+    /// Where a place is that cameras see so [px]: to the right, away and up from the first camera [m]; of one camera in the plane of the motion.
+    pub(super) fn place(&self, first: Vector2<f64>, second: Option<Vector2<f64>>) -> Vector3<f64> {
+        let (at, _) = self.eyes.place(first - self.middle, second.map(|own| own - self.middle));
+        let at = at * self.scale;
+        let [right, away, up] = self.axes.map(|axis| axis.dot(&at));
+        // All of the plane is as far away, but for rounding.
+        let away = if matches!(self.eyes, Eyes::One { .. }) { 0.0 } else { away };
+        Vector3::new(right, away, up)
+    }
+
+    /// Focal length of each camera [px].
+    pub(super) fn focal(&self) -> Vec<f64> {
+        match &self.eyes {
+            Eyes::One { focal, .. } => vec![*focal],
+            Eyes::Two { focal, .. } => focal.to_vec(),
+        }
+    }
+
+    /// See [`super::Filmed`].
+    pub(super) fn angle(&self) -> f64 {
+        match &self.eyes {
+            Eyes::One { normal, .. } => normal.z.clamp(-1.0, 1.0).acos(),
+            Eyes::Two { turn, .. } => (turn * Vector3::z()).z.clamp(-1.0, 1.0).acos(),
+        }
+    }
+}
