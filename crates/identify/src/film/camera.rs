@@ -202,7 +202,7 @@ impl Scene {
         let Some((numbers, _)) = best else { return Err("there are no cameras".into()) };
         let eyes = Eyes::new(&numbers, has_two);
         let Fit { scale, missed, stretch, .. } = fit(&eyes, &seen, film);
-        if !(stretch <= MOST_STRETCH) {
+        if stretch.is_nan() || stretch > MOST_STRETCH {
             let why = if has_two {
                 "do both clips have the same frame numbers, and s the same start?"
             } else {
