@@ -15,6 +15,7 @@ use nalgebra::{Vector2, Vector3};
 use thiserror::Error;
 
 use crate::recording::{GRIPPED, Recording, RecordingError};
+pub use camera::Film;
 use camera::{Scene, Views};
 pub use centreline::{Centreline, read};
 
@@ -22,25 +23,6 @@ pub use centreline::{Centreline, read};
 const POINTS: usize = 41;
 /// Frames of all clips by which cameras are found.
 const FRAMES: usize = 60;
-
-/// What is known of a film.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Film {
-    /// Length of the cable, the parts in the grips included [m].
-    pub length: f64,
-    /// Length at each end that a grip holds straight [m]: it gives the grip's direction.
-    pub grip: f64,
-    /// Width and height of the pictures [px].
-    pub image: [f64; 2],
-    /// Focal length of the cameras [px]; `None`: it is found.
-    pub focal: Option<f64>,
-    /// By how much the first of two cameras looks down [rad]. One camera tells it by itself.
-    pub pitch: f64,
-    /// Time over which positions are smoothed by parabolas [s].
-    pub window: f64,
-    /// Markers to make, two in each grip included.
-    pub markers: usize,
-}
 
 /// Recordings, and how well the cameras explain what was seen.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,8 +2,6 @@
 
 use nalgebra::{DMatrix, DVector, Rotation3, Vector2, Vector3};
 
-use super::Film;
-
 /// What the first camera sees of a frame at even places along the cable, and the second one if there is one [px].
 pub(super) type Views = (Vec<Vector2<f64>>, Option<Vec<Vector2<f64>>>);
 
@@ -12,6 +10,25 @@ const MOST_STRETCH: f64 = 0.1;
 /// What cameras usually are: the focal length in widths of the picture, by a factor of e^0.5. It decides where nothing else does: of one
 /// camera that looks along the normal.
 const USUAL_FOCAL: f64 = 0.9;
+
+/// What is known of a film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Film {
+    /// Length of the cable, the parts in the grips included [m].
+    pub length: f64,
+    /// Length at each end that a grip holds straight [m]: it gives the grip's direction.
+    pub grip: f64,
+    /// Width and height of the pictures [px].
+    pub image: [f64; 2],
+    /// Focal length of the cameras [px]; `None`: it is found.
+    pub focal: Option<f64>,
+    /// By how much the first of two cameras looks down [rad]. One camera tells it by itself.
+    pub pitch: f64,
+    /// Time over which positions are smoothed by parabolas [s].
+    pub window: f64,
+    /// Markers to make, two in each grip included.
+    pub markers: usize,
+}
 
 /// Cameras, and where they are.
 pub(super) struct Scene {
