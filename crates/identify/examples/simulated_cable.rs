@@ -2,7 +2,7 @@
 //!
 //! `cargo run -p identify --example simulated_cable -- out/known/recordings` writes them, and
 //! `cargo run -p identify -- out/known/recordings --out out/known` finds the numbers, with intervals that should hold them. With
-//! `planar` after the folder all happens in a plane; with `pixels` it is what a camera sees of that, for `identify film`.
+//! `planar` after the folder all happens in a plane; with `pixels` it is what a camera sees of that, for `identify video`.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plan = Plan { recordings: 24, frames, markers, pace, noise, seed: 1, is_planar, resolution };
     let recordings = recordings(&truth, &plan)?;
     if has_pixels {
-        film(&folder, &recordings)?;
+        shoot(&folder, &recordings)?;
     } else {
         write(&folder, &recordings)?;
         println!("{} recordings, off by 1 mm, are in {}. The cable's numbers:", plan.recordings, folder.display());
@@ -47,8 +47,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Writes what a camera that looks at the plane at a slant sees of the markers, to a tenth of a pixel, once the cable has come to move as its
-/// grips do; tells what `identify film` must know.
-fn film(folder: &PathBuf, recordings: &[Recording]) -> Result<(), Box<dyn Error>> {
+/// grips do; tells what `identify video` must know.
+fn shoot(folder: &PathBuf, recordings: &[Recording]) -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(folder)?;
     let (at, focal) = (Vector3::new(0.4, -1.3, 0.2), 1500.0);
     let forward = (Vector3::z() * -0.1 - at).normalize();
@@ -70,7 +70,7 @@ fn film(folder: &PathBuf, recordings: &[Recording]) -> Result<(), Box<dyn Error>
         fs::write(folder.join(format!("{}.csv", recording.name())), text)?;
     }
     println!("{} clips are in {}, to be read with", recordings.len(), folder.display());
-    println!("identify film {} --length-m {length:.3} --grip-m {grip:.3} --image-px 1920x1080", folder.display());
+    println!("identify video {} --length-m {length:.3} --grip-m {grip:.3} --image-px 1920x1080", folder.display());
     println!("The cable's numbers:");
     Ok(())
 }

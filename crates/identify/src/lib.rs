@@ -6,14 +6,14 @@
 //! [`Parameters`](parameter::Parameters). [`fit`](fit::fit) finds them, and [`known`](confidence::known) says how well recordings
 //! determine them. A [`Kind`](kind::Kind) is all of that for one of the three. What is written is [`CableFile`](result::CableFile), a
 //! [`scene`], a [`page`], and a [`playback`]. [`simulated`] makes recordings of a cable whose numbers are known. [`hanging`] finds the
-//! stiffness of wires from photographs of how they hang, and [`film`] makes recordings from pictures of one or two cameras.
+//! stiffness of wires from photographs of how they hang, and [`video`] makes recordings from pictures of one or two cameras.
 //! [`motions`] says which recordings are of one kind of motion.
 
 pub mod branched;
 pub mod cable;
 pub mod confidence;
 pub mod conformal;
-pub mod film;
+
 pub mod fit;
 pub mod hanging;
 pub mod kind;
@@ -32,3 +32,4 @@ pub mod simulated;
 pub mod specimen;
 pub mod spline;
 pub mod table;
+pub mod video;

@@ -11,9 +11,9 @@ use identify::noodle::is_noodle;
 use identify::recording::{Grips, files, is_flat};
 use terminal::{complain, positive, threads};
 
-mod film_command;
 mod hanging_command;
 mod identification;
+mod video_command;
 
 /// Exit code of bad input.
 const BAD_INPUT: u8 = 2;
@@ -74,8 +74,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    Film(film_command::Filming),
     Hanging(hanging_command::Hanging),
+    Video(video_command::Video),
 }
 
 fn main() -> ExitCode {
@@ -90,7 +90,7 @@ fn main() -> ExitCode {
 
 fn run(cli: &Cli) -> Result<ExitCode> {
     match &cli.command {
-        Some(Command::Film(film)) => return film.run().map(|()| ExitCode::SUCCESS),
+        Some(Command::Video(video)) => return video.run().map(|()| ExitCode::SUCCESS),
         Some(Command::Hanging(hanging)) => return hanging.run().map(|()| ExitCode::SUCCESS),
         None => {}
     }

@@ -11,9 +11,9 @@ const MOST_STRETCH: f64 = 0.1;
 /// camera that looks along the normal.
 const USUAL_FOCAL: f64 = 0.9;
 
-/// What is known of a film.
+/// What is known of a video.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Film {
+pub struct Video {
     /// Length of the cable, the parts in the grips included [m].
     pub length: f64,
     /// Length at each end that a grip holds straight [m]: it gives the grip's direction.
@@ -31,13 +31,13 @@ pub struct Film {
 }
 
 /// Cameras, and where they are.
-pub(super) struct Scene {
-    eyes: Eyes,
+pub(super) struct Cameras {
+    pinholes: Pinholes,
     /// Middle of the picture [px].
     middle: Vector2<f64>,
     /// Lengths of the frame in which cameras are found, to metres.
     scale: f64,
-    /// See [`super::Filmed`].
+    /// See [`super::Reconstruction`].
     pub(super) missed: f64,
     pub(super) stretch: f64,
     /// Directions to the right, away and up in the first camera's axes: to its right, down and forward.
@@ -45,14 +45,14 @@ pub(super) struct Scene {
 }
 
 /// One camera and a plane, or two cameras.
-enum Eyes {
+enum Pinholes {
     /// Focal length [px], and the normal of the plane at the distance 1.
     One { focal: f64, normal: Vector3<f64> },
     /// Focal lengths [px], and how the second camera sees what the first one does: turned, then shifted.
     Two { focal: [f64; 2], turn: Rotation3<f64>, shift: Vector3<f64> },
 }
 
-impl Eyes {
+impl Pinholes {
     /// From the numbers that are searched for.
     fn new(numbers: &DVector<f64>, has_two: bool) -> Self {
         if has_two {
@@ -105,7 +105,7 @@ struct Fit {
 }
 
 /// What is left unexplained of what was seen, from the middles of the pictures.
-fn fit(eyes: &Eyes, seen: &[Views], film: &Film) -> Fit {
+fn fit(pinholes: &Pinholes, seen: &[Views], video: &Video) -> Fit {
     let mut residuals = Vec::new();
     // Lengths between neighbours, and what they are in the picture [px].
     let mut parts = Vec::new();
@@ -113,7 +113,7 @@ fn fit(eyes: &Eyes, seen: &[Views], film: &Film) -> Fit {
         let mut before: Option<Vector3<f64>> = None;
         for (k, &seen) in first.iter().enumerate() {
             let other = second.as_ref().map(|own| own[k]);
-            let (at, missed) = eyes.place(seen, other);
+            let (at, missed) = pinholes.place(seen, other);
             if other.is_some() {
                 residuals.extend(missed.iter().flat_map(|own| [own.x, own.y]));
             }
@@ -131,14 +131,14 @@ fn fit(eyes: &Eyes, seen: &[Views], film: &Film) -> Fit {
     let stretch = (squares(&changes) / changes.len() as f64).sqrt();
     residuals.extend(changes.iter().map(|change| change * in_picture));
     // As much as one point that is a pixel off.
-    let focal = match eyes {
-        Eyes::One { focal, .. } => vec![*focal],
-        Eyes::Two { focal, .. } => focal.to_vec(),
+    let focal = match pinholes {
+        Pinholes::One { focal, .. } => vec![*focal],
+        Pinholes::Two { focal, .. } => focal.to_vec(),
     };
-    let expected = film.focal.map_or((USUAL_FOCAL * film.image[0], 0.5), |focal| (focal, 1e-6));
+    let expected = video.focal.map_or((USUAL_FOCAL * video.image[0], 0.5), |focal| (focal, 1e-6));
     residuals.extend(focal.iter().map(|focal| (focal / expected.0).ln() / expected.1));
     let share = 1.0 / (first_count(seen) - 1) as f64;
-    Fit { residuals: DVector::from_vec(residuals), scale: film.length * share / mean, missed, stretch }
+    Fit { residuals: DVector::from_vec(residuals), scale: video.length * share / mean, missed, stretch }
 }
 
 /// Points that are seen of each frame.
@@ -188,14 +188,14 @@ fn search(mut numbers: DVector<f64>, residuals: impl Fn(&DVector<f64>) -> DVecto
     (numbers, left)
 }
 
-impl Scene {
+impl Cameras {
     /// The cameras by which rays meet best and the cable keeps its length best.
-    pub(super) fn find(seen: &[Views], film: &Film) -> Result<Self, String> {
-        let middle = Vector2::new(film.image[0], film.image[1]) * 0.5;
+    pub(super) fn find(seen: &[Views], video: &Video) -> Result<Self, String> {
+        let middle = Vector2::new(video.image[0], video.image[1]) * 0.5;
         let centred = |own: &Vec<Vector2<f64>>| own.iter().map(|at| at - middle).collect::<Vec<_>>();
         let seen: Vec<Views> = seen.iter().map(|(a, b)| (centred(a), b.as_ref().map(centred))).collect();
         let has_two = seen.iter().all(|(_, second)| second.is_some());
-        let focal = film.focal.unwrap_or(USUAL_FOCAL * film.image[0]).ln();
+        let focal = video.focal.unwrap_or(USUAL_FOCAL * video.image[0]).ln();
         // Two cameras at the same height that look at the same place, or a plane seen from the front and from its sides.
         let starts: Vec<Vec<f64>> = if has_two {
             [30.0_f64, 60.0, 90.0, 120.0, 150.0]
@@ -211,14 +211,14 @@ impl Scene {
         } else {
             [[0.0, 0.0], [0.5, 0.0], [-0.5, 0.0], [0.0, 0.5], [0.0, -0.5]].map(|[x, y]| vec![focal, x, y]).to_vec()
         };
-        let unexplained = |numbers: &DVector<f64>| fit(&Eyes::new(numbers, has_two), &seen, film).residuals;
+        let unexplained = |numbers: &DVector<f64>| fit(&Pinholes::new(numbers, has_two), &seen, video).residuals;
         let best = starts
             .into_iter()
             .map(|start| search(DVector::from_vec(start), unexplained))
             .min_by(|(_, a), (_, b)| a.total_cmp(b));
         let Some((numbers, _)) = best else { return Err("there are no cameras".into()) };
-        let eyes = Eyes::new(&numbers, has_two);
-        let Fit { scale, missed, stretch, .. } = fit(&eyes, &seen, film);
+        let pinholes = Pinholes::new(&numbers, has_two);
+        let Fit { scale, missed, stretch, .. } = fit(&pinholes, &seen, video);
         if stretch.is_nan() || stretch > MOST_STRETCH {
             let why = if has_two {
                 "do both clips have the same frame numbers, and s the same start?"
@@ -232,44 +232,44 @@ impl Scene {
                 100.0 * MOST_STRETCH
             ));
         }
-        let axes = match &eyes {
-            Eyes::One { normal, .. } => {
+        let axes = match &pinholes {
+            Pinholes::One { normal, .. } => {
                 // Both the plane's normal and what is to the right in a picture that stands upright are level.
                 let up = Vector3::x().cross(normal).normalize();
                 [normal.cross(&up).normalize() * -1.0, *normal, up]
             }
-            Eyes::Two { .. } => {
-                let (sine, cosine) = film.pitch.sin_cos();
+            Pinholes::Two { .. } => {
+                let (sine, cosine) = video.pitch.sin_cos();
                 let up = Vector3::new(0.0, -cosine, -sine);
                 [Vector3::x(), up.cross(&Vector3::x()), up]
             }
         };
-        Ok(Self { eyes, middle, scale, missed, stretch, axes })
+        Ok(Self { pinholes, middle, scale, missed, stretch, axes })
     }
 
     /// Where a place is that cameras see so [px]: to the right, away and up from the first camera [m]; of one camera in the plane of the motion.
     pub(super) fn place(&self, first: Vector2<f64>, second: Option<Vector2<f64>>) -> Vector3<f64> {
-        let (at, _) = self.eyes.place(first - self.middle, second.map(|own| own - self.middle));
+        let (at, _) = self.pinholes.place(first - self.middle, second.map(|own| own - self.middle));
         let at = at * self.scale;
         let [right, away, up] = self.axes.map(|axis| axis.dot(&at));
         // All of the plane is as far away, but for rounding.
-        let away = if matches!(self.eyes, Eyes::One { .. }) { 0.0 } else { away };
+        let away = if matches!(self.pinholes, Pinholes::One { .. }) { 0.0 } else { away };
         Vector3::new(right, away, up)
     }
 
     /// Focal length of each camera [px].
     pub(super) fn focal(&self) -> Vec<f64> {
-        match &self.eyes {
-            Eyes::One { focal, .. } => vec![*focal],
-            Eyes::Two { focal, .. } => focal.to_vec(),
+        match &self.pinholes {
+            Pinholes::One { focal, .. } => vec![*focal],
+            Pinholes::Two { focal, .. } => focal.to_vec(),
         }
     }
 
-    /// See [`super::Filmed`].
+    /// See [`super::Reconstruction`].
     pub(super) fn angle(&self) -> f64 {
-        match &self.eyes {
-            Eyes::One { normal, .. } => normal.z.clamp(-1.0, 1.0).acos(),
-            Eyes::Two { turn, .. } => (turn * Vector3::z()).z.clamp(-1.0, 1.0).acos(),
+        match &self.pinholes {
+            Pinholes::One { normal, .. } => normal.z.clamp(-1.0, 1.0).acos(),
+            Pinholes::Two { turn, .. } => (turn * Vector3::z()).z.clamp(-1.0, 1.0).acos(),
         }
     }
 }

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use identify::cable::Cable;
-use identify::film::{Centreline, Film, FilmError, markers, read};
 use identify::fit::{Search, Stage, fit};
 use identify::parameter::{Parameter, Parameters};
 use identify::recording::{Reading, Recording, files, read_all};
 use identify::simulated::{Plan, recordings};
 use identify::spline;
+use identify::video::{Centreline, Video, VideoError, markers, read};
 use nalgebra::{Rotation3, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -92,9 +92,9 @@ fn identified(recordings: &[Recording], segments: usize) -> [f64; 2] {
     [Parameter::Bending, Parameter::InnerDamping].map(|parameter| fit.parameters[parameter])
 }
 
-/// A film whose cameras are not known, of a cable whose grips hold so much of it.
-fn film(length: f64, grip: f64) -> Film {
-    Film { length, grip, image: IMAGE, focal: None, pitch: 0.0, window: 0.1, markers: 31 }
+/// A video whose cameras are not known, of a cable whose grips hold so much of it.
+fn video(length: f64, grip: f64) -> Video {
+    Video { length, grip, image: IMAGE, focal: None, pitch: 0.0, window: 0.1, markers: 31 }
 }
 
 /// The length that grips hold: from the first marker to the second.
@@ -137,7 +137,7 @@ fn one_camera_tells_what_all_markers_do_of_a_motion_in_a_plane() {
         let seen: Vec<_> = real.iter().zip(0..).map(|(own, seed)| filmed(own, &camera, noise, seed)).collect();
         let length = seen.iter().map(|(_, length)| length).sum::<f64>() / seen.len() as f64;
         let clips: Vec<_> = seen.into_iter().map(|(clip, _)| (clip, None)).collect();
-        let found = markers(&clips, &film(length, grip(&real))).unwrap();
+        let found = markers(&clips, &video(length, grip(&real))).unwrap();
         let [bending, damping] = identified(&found.recordings, 3);
         println!("{noise} px: {found:?}", found = (&found.focal, found.angle.to_degrees(), found.stretch));
         println!("{noise} px: bending {bending}, damping {damping}, by markers {expected:?}");
@@ -162,7 +162,7 @@ fn two_cameras_tell_it_of_any_motion() {
         .collect();
     let length = seen.iter().map(|[(_, length), _]| length).sum::<f64>() / seen.len() as f64;
     let clips: Vec<_> = seen.into_iter().map(|[(one, _), (other, _)]| (one, Some(other))).collect();
-    let found = markers(&clips, &film(length, grip(&real))).unwrap();
+    let found = markers(&clips, &video(length, grip(&real))).unwrap();
     let (expected, [bending, damping]) = (identified(&real, 3), identified(&found.recordings, 3));
     let angle = found.angle.to_degrees();
     println!("{noise} px: {:?}, {angle} deg, missed {} px, stretch {}", found.focal, found.missed, found.stretch);
@@ -177,7 +177,7 @@ fn what_one_camera_cannot_tell_is_refused() {
     let real = simulated(false);
     let camera = Camera::new(1500.0, Vector3::new(1.5, -0.2, -0.12), Vector3::new(0.0, 0.0, -0.12));
     let (clip, length) = filmed(&real[0], &camera, 1.0, 3);
-    let Err(FilmError::Cameras(error)) = markers(&[(clip, None)], &film(length, grip(&real))) else {
+    let Err(VideoError::Cameras(error)) = markers(&[(clip, None)], &video(length, grip(&real))) else {
         panic!("it is accepted")
     };
     assert!(error.contains("does it move in one plane"), "{error}");
@@ -237,7 +237,7 @@ fn two_cameras_see_a_real_cable_as_markers_do() {
             let [first, second, out] = ["0", "1", "recordings"].map(|name| at(&format!("{cable}-{name}")));
             let (long, grip) = (length.to_string(), grip(&real).to_string());
             program(&[
-                "film",
+                "video",
                 &first,
                 "--second",
                 &second,
@@ -280,6 +280,6 @@ fn what_is_wrong_with_a_centreline_is_told() {
     let sparse: String = (0..9).map(|frame| format!("{frame},0.1,5,5\n{frame},0.2,5,6\n")).collect();
     let path = folder.path().join("clip.csv");
     fs::write(&path, format!("frame,s,u,v\n{sparse}")).unwrap();
-    let error = markers(&[(read(&path, 100.0).unwrap(), None)], &film(1.0, 0.02)).unwrap_err().to_string();
+    let error = markers(&[(read(&path, 100.0).unwrap(), None)], &video(1.0, 0.02)).unwrap_err().to_string();
     assert!(error.ends_with("0 of 9 frames show points all along the cable, but at least 11 must: 9 or more points, none further apart than 0.15"), "{error}");
 }

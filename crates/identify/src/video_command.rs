@@ -1,19 +1,19 @@
-//! `identify film`: recordings from a cable's centreline in the pictures of one or two cameras.
+//! `identify video`: recordings from a cable's centreline in the pictures of one or two cameras.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use identify::film::{Centreline, Film, markers, read};
 use identify::recording::files;
 use identify::simulated::write;
+use identify::video::{self, Centreline, markers, read};
 use report::significant;
 use terminal::{positive, say, warn};
 
 /// Makes recordings of markers from centrelines in pictures: of one camera that sees a motion in a vertical plane, or of two cameras.
 /// Nothing must be known of the cameras; they stand still, on the same places for all clips.
 #[derive(Args)]
-pub(crate) struct Filming {
+pub(crate) struct Video {
     /// Clips of one cable: CSV files, or folders of them, with the columns frame, s (0 to 1 along the cable, from end to end), u and v (pixels to
     /// the right and down).
     #[arg(required = true)]
@@ -46,7 +46,7 @@ pub(crate) struct Filming {
     #[arg(long, default_value = "13", value_parser = clap::value_parser!(u16).range(5..=100))]
     markers: u16,
     /// The folder to write the recordings to.
-    #[arg(long, default_value = "out/film")]
+    #[arg(long, default_value = "out/video")]
     out: PathBuf,
 }
 
@@ -59,7 +59,7 @@ fn size(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-impl Filming {
+impl Video {
     /// Writes recordings and prints how well cameras explain them.
     ///
     /// # Errors
@@ -78,7 +78,7 @@ impl Filming {
         }
         let mut second = second.into_iter();
         let clips: Vec<_> = first.into_iter().map(|own| (own, second.next())).collect();
-        let film = Film {
+        let known = video::Video {
             length: self.length_m,
             grip: self.grip_m,
             image: self.image_px,
@@ -87,29 +87,29 @@ impl Filming {
             window: self.window_s,
             markers: usize::from(self.markers),
         };
-        let filmed = markers(&clips, &film)?;
-        let focal: Vec<String> = filmed.focal.iter().map(|focal| significant(*focal, 3)).collect();
-        let (angle, stretch) = (significant(filmed.angle.to_degrees(), 3), significant(100.0 * filmed.stretch, 2));
+        let found = markers(&clips, &known)?;
+        let focal: Vec<String> = found.focal.iter().map(|focal| significant(*focal, 3)).collect();
+        let (angle, stretch) = (significant(found.angle.to_degrees(), 3), significant(100.0 * found.stretch, 2));
         if self.second.is_empty() {
             say!("focal length {} px; the camera looks at the plane of motion {angle} deg from its normal", focal[0])?;
         } else {
-            let missed = significant(filmed.missed, 2);
+            let missed = significant(found.missed, 2);
             say!(
                 "focal lengths {} px; {angle} deg between the cameras; rays miss each other by {missed} px",
                 focal.join(" and ")
             )?;
         }
         say!("parts of the cable change their length by {stretch} %")?;
-        if filmed.stretch > 0.03 {
+        if found.stretch > 0.03 {
             warn(format_args!("lengths change by more than 3 %: the recordings may be wrong by as much"));
         }
-        if filmed.missed > 5.0 {
+        if found.missed > 5.0 {
             warn(format_args!(
                 "rays miss each other by more than 5 px: do both cameras have the same frame at the same time?"
             ));
         }
         let named = |path: &Path| path.display().to_string();
-        write(&self.out, &filmed.recordings).with_context(|| format!("--out: cannot write to {}", named(&self.out)))?;
-        say!("{} recordings written to {}", filmed.recordings.len(), named(&self.out))
+        write(&self.out, &found.recordings).with_context(|| format!("--out: cannot write to {}", named(&self.out)))?;
+        say!("{} recordings written to {}", found.recordings.len(), named(&self.out))
     }
 }

@@ -4,7 +4,7 @@
 //! sees a motion in a vertical plane: the plane and the focal length are those in which the cable keeps its length. Two cameras see any motion:
 //! their focal lengths, and how they stand to each other, are those in which rays through the same place meet and the cable keeps its length
 //! (bundle adjustment, Triggs et al. 2000, with inextensibility as the scale). Cameras are pinholes whose axis goes through the middle of the
-//! picture ([`camera`]).
+//! picture.
 //!
 //! This knows nothing of rods: what it makes is a [`Recording`] like any other.
 
@@ -15,8 +15,8 @@ use nalgebra::{Vector2, Vector3};
 use thiserror::Error;
 
 use crate::recording::{GRIPPED, Recording, RecordingError};
-pub use camera::Film;
-use camera::{Scene, Views};
+pub use camera::Video;
+use camera::{Cameras, Views};
 pub use centreline::{Centreline, read};
 
 /// Points along the cable at which its length is measured.
@@ -26,7 +26,7 @@ const FRAMES: usize = 60;
 
 /// Recordings, and how well the cameras explain what was seen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Filmed {
+pub struct Reconstruction {
     /// A recording a clip.
     pub recordings: Vec<Recording>,
     /// Focal length of each camera [px].
@@ -41,7 +41,7 @@ pub struct Filmed {
 
 /// What keeps markers from being found.
 #[derive(Debug, Error)]
-pub enum FilmError {
+pub enum VideoError {
     /// A clip is of no use.
     #[error(transparent)]
     Clip(#[from] RecordingError),
@@ -54,20 +54,22 @@ pub enum FilmError {
 ///
 /// # Errors
 /// If a clip has too few points, or no cameras explain what was seen: the cable changes its length by more than a tenth.
-pub fn markers(clips: &[(Centreline, Option<Centreline>)], film: &Film) -> Result<Filmed, FilmError> {
-    let count = film.markers.max(2 * GRIPPED + 1);
-    let grip = film.grip / film.length;
+pub fn markers(clips: &[(Centreline, Option<Centreline>)], video: &Video) -> Result<Reconstruction, VideoError> {
+    let count = video.markers.max(2 * GRIPPED + 1);
+    let grip = video.grip / video.length;
     if !(1e-3..0.3).contains(&grip) {
-        let message =
-            format!("grips of {} m on a cable of {} m, but each must hold 0.1 % to 30 % of it", film.grip, film.length);
-        return Err(FilmError::Cameras(message));
+        let message = format!(
+            "grips of {} m on a cable of {} m, but each must hold 0.1 % to 30 % of it",
+            video.grip, video.length
+        );
+        return Err(VideoError::Cameras(message));
     }
     let inner = (1.0 - 2.0 * grip) / (count - 1 - GRIPPED) as f64;
     let mut places = vec![0.0];
     places.extend((0..count - GRIPPED).map(|k| grip + inner * k as f64));
     places.push(1.0);
     let along: Vec<f64> = (0..POINTS).map(|k| k as f64 / (POINTS - 1) as f64).collect();
-    let smooth = |clip: &Centreline| clip.smoothed(film.window);
+    let smooth = |clip: &Centreline| clip.smoothed(video.window);
     let mut all = Vec::new();
     for (first, second) in clips {
         let second = second.as_ref().map(|own| first.alike(own).map(|()| own)).transpose()?;
@@ -83,20 +85,21 @@ pub fn markers(clips: &[(Centreline, Option<Centreline>)], film: &Film) -> Resul
             seen.push((at(first), second.as_ref().map(at)));
         }
     }
-    let scene = Scene::find(&seen, film).map_err(FilmError::Cameras)?;
+    let cameras = Cameras::find(&seen, video).map_err(VideoError::Cameras)?;
     let recordings = all.iter().zip(clips).map(|((first, second), (clip, _))| {
-        let place = |frame: usize, s: f64| scene.place(first.at(frame, s), second.as_ref().map(|own| own.at(frame, s)));
+        let place =
+            |frame: usize, s: f64| cameras.place(first.at(frame, s), second.as_ref().map(|own| own.at(frame, s)));
         let markers: Vec<Vec<Vector3<f64>>> =
             first.kept().map(|frame| places.iter().map(|&s| place(frame, s)).collect()).collect();
         let start = clip.time[first.kept().start];
         let time = clip.time[first.kept()].iter().map(|time| time - start).collect();
         Recording { path: clip.path.clone(), time, markers }
     });
-    Ok(Filmed {
+    Ok(Reconstruction {
         recordings: recordings.collect(),
-        focal: scene.focal(),
-        angle: scene.angle(),
-        missed: scene.missed,
-        stretch: scene.stretch,
+        focal: cameras.focal(),
+        angle: cameras.angle(),
+        missed: cameras.missed,
+        stretch: cameras.stretch,
     })
 }
