@@ -1,5 +1,6 @@
 //! `identify video`: recordings from a cable's centreline in the pictures of one or two cameras.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -60,6 +61,23 @@ fn size(text: &str) -> Result<[f64; 2], String> {
 }
 
 impl Video {
+    /// Refuses to write over clips, and two recordings to one file.
+    fn check_names(&self, clips: &[Centreline]) -> Result<()> {
+        let mut seen = HashSet::new();
+        for Centreline { path, .. } in clips {
+            if !seen.insert(path.file_stem()) {
+                bail!("{}: another clip has this name, and recordings are named as their clips are", path.display());
+            }
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            if let (Ok(folder), Ok(out)) = (folder.canonicalize(), self.out.canonicalize())
+                && folder == out
+            {
+                bail!("--out {}: clips are there, which the recordings would overwrite", self.out.display());
+            }
+        }
+        Ok(())
+    }
+
     /// Writes recordings and prints how well cameras explain them.
     ///
     /// # Errors
@@ -76,6 +94,7 @@ impl Video {
         if !(-90.0..=90.0).contains(&self.pitch_deg) {
             bail!("--pitch-deg {}: must be from -90 to 90", self.pitch_deg);
         }
+        self.check_names(&first)?;
         let mut second = second.into_iter();
         let clips: Vec<_> = first.into_iter().map(|own| (own, second.next())).collect();
         let known = video::Video {

@@ -282,4 +282,11 @@ fn what_is_wrong_with_a_centreline_is_told() {
     fs::write(&path, format!("frame,s,u,v\n{sparse}")).unwrap();
     let error = markers(&[(read(&path, 100.0).unwrap(), None)], &video(1.0, 0.02)).unwrap_err().to_string();
     assert!(error.ends_with("0 of 9 frames show points all along the cable, but at least 11 must: 9 or more points, none further apart than 0.15"), "{error}");
+    let folder = folder.path().to_str().unwrap();
+    for (out, expected) in [(folder, "clips are there"), ("elsewhere", "0 of 9 frames show")] {
+        let arguments = ["video", folder, "--length-m", "1", "--image-px", "640x480", "--out", out];
+        let output = Command::new(env!("CARGO_BIN_EXE_identify")).args(arguments).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && told.contains(expected), "{told}");
+    }
 }
