@@ -13,7 +13,6 @@ pub mod branched;
 pub mod cable;
 pub mod confidence;
 pub mod conformal;
-
 pub mod fit;
 pub mod hanging;
 pub mod kind;

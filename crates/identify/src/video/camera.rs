@@ -1,5 +1,8 @@
 //! Pinhole cameras, and what they say of where a cable is.
 
+use std::convert::Infallible;
+
+use cosserat::optimise::{LeastSquares, Normal, Residuals};
 use nalgebra::{DMatrix, DVector, Rotation3, Vector2, Vector3};
 
 /// What the first camera sees of a frame at even places along the cable, and the second one if there is one [px].
@@ -61,6 +64,14 @@ impl Pinholes {
             return Self::Two { focal: [numbers[0].exp(), numbers[1].exp()], turn, shift };
         }
         Self::One { focal: numbers[0].exp(), normal: Vector3::new(numbers[1], numbers[2], 1.0).normalize() }
+    }
+
+    /// Focal length of each camera [px].
+    fn focal(&self) -> Vec<f64> {
+        match self {
+            Self::One { focal, .. } => vec![*focal],
+            Self::Two { focal, .. } => focal.to_vec(),
+        }
     }
 
     /// Where a place is that cameras see so, from the middles of their pictures, and how far each of them misses it [px].
@@ -131,61 +142,45 @@ fn fit(pinholes: &Pinholes, seen: &[Views], video: &Video) -> Fit {
     let stretch = (squares(&changes) / changes.len() as f64).sqrt();
     residuals.extend(changes.iter().map(|change| change * in_picture));
     // As much as one point that is a pixel off.
-    let focal = match pinholes {
-        Pinholes::One { focal, .. } => vec![*focal],
-        Pinholes::Two { focal, .. } => focal.to_vec(),
-    };
-    let expected = video.focal.map_or((USUAL_FOCAL * video.image[0], 0.5), |focal| (focal, 1e-6));
-    residuals.extend(focal.iter().map(|focal| (focal / expected.0).ln() / expected.1));
-    let share = 1.0 / (first_count(seen) - 1) as f64;
-    Fit { residuals: DVector::from_vec(residuals), scale: video.length * share / mean, missed, stretch }
+    let expected = video.focal.unwrap_or(USUAL_FOCAL * video.image[0]);
+    residuals.extend(pinholes.focal().iter().map(|focal| (focal / expected).ln() / 0.5));
+    let parts_of_frame = parts.len() as f64 / seen.len() as f64;
+    Fit { residuals: DVector::from_vec(residuals), scale: video.length / (parts_of_frame * mean), missed, stretch }
 }
 
-/// Points that are seen of each frame.
-fn first_count(seen: &[Views]) -> usize {
-    seen.first().map_or(2, |(first, _)| first.len())
+/// What cameras of such numbers leave unexplained, with derivatives by differences.
+struct Unexplained<'a> {
+    seen: &'a [Views],
+    video: &'a Video,
+    has_two: bool,
 }
 
-/// Numbers that leave less unexplained, from some (Levenberg and Marquardt's method, derivatives by differences), and what they leave.
-fn search(mut numbers: DVector<f64>, residuals: impl Fn(&DVector<f64>) -> DVector<f64>) -> (DVector<f64>, f64) {
-    let mut now = residuals(&numbers);
-    let mut damping = 1e-3;
-    for _ in 0..60 {
-        let step = 1e-6;
-        let columns: Vec<DVector<f64>> = (0..numbers.len())
-            .map(|k| {
-                let moved = |by: f64| {
-                    let mut other = numbers.clone();
-                    other[k] += by;
-                    residuals(&other)
-                };
-                (moved(step) - moved(-step)) / (2.0 * step)
-            })
-            .collect();
-        let slopes = DMatrix::from_columns(&columns);
-        let (normal, side) = (slopes.transpose() * &slopes, slopes.transpose() * &now);
-        let mut gain = 0.0;
-        while damping < 1e8 {
-            let mut damped = normal.clone();
-            (0..numbers.len()).for_each(|k| damped[(k, k)] += damping * (normal[(k, k)] + 1e-9));
-            let next = damped.cholesky().map(|factor| &numbers - factor.solve(&side));
-            let found = next.map(|next| (residuals(&next), next));
-            match found {
-                Some((left, next)) if left.norm_squared() < now.norm_squared() => {
-                    gain = 1.0 - left.norm_squared() / now.norm_squared();
-                    (numbers, now) = (next, left);
-                    damping *= 0.2;
-                    break;
-                }
-                _ => damping *= 5.0,
-            }
-        }
-        if gain < 1e-9 {
-            break;
-        }
+impl Unexplained<'_> {
+    fn residuals(&self, numbers: &DVector<f64>) -> DVector<f64> {
+        fit(&Pinholes::new(numbers, self.has_two), self.seen, self.video).residuals
     }
-    let left = now.norm_squared();
-    (numbers, left)
+}
+
+impl Residuals for Unexplained<'_> {
+    type Error = Infallible;
+
+    fn loss(&mut self, numbers: &DVector<f64>) -> Result<f64, Infallible> {
+        Ok(0.5 * self.residuals(numbers).norm_squared())
+    }
+
+    fn normal(&mut self, numbers: &DVector<f64>) -> Result<Normal, Infallible> {
+        let step = 1e-6;
+        let slope = |k: usize| {
+            let moved = |by: f64| {
+                let mut other = numbers.clone();
+                other[k] += by;
+                self.residuals(&other)
+            };
+            (moved(step) - moved(-step)) / (2.0 * step)
+        };
+        let slopes: Vec<DVector<f64>> = (0..numbers.len()).map(slope).collect();
+        Ok(Normal::new(&self.residuals(numbers), &DMatrix::from_columns(&slopes)))
+    }
 }
 
 impl Cameras {
@@ -211,11 +206,18 @@ impl Cameras {
         } else {
             [[0.0, 0.0], [0.5, 0.0], [-0.5, 0.0], [0.0, 0.5], [0.0, -0.5]].map(|[x, y]| vec![focal, x, y]).to_vec()
         };
-        let unexplained = |numbers: &DVector<f64>| fit(&Pinholes::new(numbers, has_two), &seen, video).residuals;
-        let best = starts
-            .into_iter()
-            .map(|start| search(DVector::from_vec(start), unexplained))
-            .min_by(|(_, a), (_, b)| a.total_cmp(b));
+        let mut unexplained = Unexplained { seen: &seen, video, has_two };
+        // What is known stays.
+        let known = if video.focal.is_some() { 1 + usize::from(has_two) } else { 0 };
+        let mut search = |start: Vec<f64>| {
+            let bound = |(k, &at): (usize, &f64)| if k < known { [at; 2] } else { [f64::NEG_INFINITY, f64::INFINITY] };
+            let bounds = start.iter().enumerate().map(bound).collect();
+            let start = DVector::from_vec(start);
+            let mut search = LeastSquares { bounds, tolerance: 1e-9, ..LeastSquares::new(start) };
+            let Ok(found) = search.run(&mut unexplained, 60);
+            (search.x, found.loss)
+        };
+        let best = starts.into_iter().map(&mut search).min_by(|(_, a), (_, b)| a.total_cmp(b));
         let Some((numbers, _)) = best else { return Err("there are no cameras".into()) };
         let pinholes = Pinholes::new(&numbers, has_two);
         let Fit { scale, missed, stretch, .. } = fit(&pinholes, &seen, video);
@@ -259,10 +261,7 @@ impl Cameras {
 
     /// Focal length of each camera [px].
     pub(super) fn focal(&self) -> Vec<f64> {
-        match &self.pinholes {
-            Pinholes::One { focal, .. } => vec![*focal],
-            Pinholes::Two { focal, .. } => focal.to_vec(),
-        }
+        self.pinholes.focal()
     }
 
     /// See [`super::Reconstruction`].

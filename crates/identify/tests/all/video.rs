@@ -92,6 +92,13 @@ fn identified(recordings: &[Recording], segments: usize) -> [f64; 2] {
     [Parameter::Bending, Parameter::InnerDamping].map(|parameter| fit.parameters[parameter])
 }
 
+/// Asserts that bending stiffness and inner damping are within a tenth of those of markers.
+fn is_near(found: [f64; 2], expected: [f64; 2]) {
+    for (name, k) in [("bending", 0), ("damping", 1)] {
+        assert!((found[k] / expected[k] - 1.0).abs() < 0.1, "{name} {}, by markers {}", found[k], expected[k]);
+    }
+}
+
 /// A video whose cameras are not known, of a cable whose grips hold so much of it.
 fn video(length: f64, grip: f64) -> Video {
     Video { length, grip, image: IMAGE, focal: None, pitch: 0.0, window: 0.1, markers: 31 }
@@ -141,8 +148,7 @@ fn one_camera_tells_what_all_markers_do_of_a_motion_in_a_plane() {
         let [bending, damping] = identified(&found.recordings, 3);
         println!("{noise} px: {found:?}", found = (&found.focal, found.angle.to_degrees(), found.stretch));
         println!("{noise} px: bending {bending}, damping {damping}, by markers {expected:?}");
-        assert!((bending / expected[0] - 1.0).abs() < 0.1, "bending {bending}, by markers {}", expected[0]);
-        assert!((damping / expected[1] - 1.0).abs() < 0.1, "damping {damping}, by markers {}", expected[1]);
+        is_near([bending, damping], expected);
     }
 }
 
@@ -167,8 +173,7 @@ fn two_cameras_tell_it_of_any_motion() {
     let angle = found.angle.to_degrees();
     println!("{noise} px: {:?}, {angle} deg, missed {} px, stretch {}", found.focal, found.missed, found.stretch);
     println!("{noise} px: bending {bending}, damping {damping}, by markers {expected:?}");
-    assert!((bending / expected[0] - 1.0).abs() < 0.1, "bending {bending}, by markers {}", expected[0]);
-    assert!((damping / expected[1] - 1.0).abs() < 0.1, "damping {damping}, by markers {}", expected[1]);
+    is_near([bending, damping], expected);
 }
 
 /// A motion that leaves its plane is refused where one camera sees it.
@@ -252,9 +257,7 @@ fn two_cameras_see_a_real_cable_as_markers_do() {
             ]);
             let found = identified(&[&out]);
             println!("{cable}, {noise} px: bending and inner damping {found:?}, by markers {expected:?}");
-            for (found, expected) in found.iter().zip(expected) {
-                assert!((found / expected - 1.0).abs() < 0.1, "{cable}, {noise} px: {found}, by markers {expected}");
-            }
+            is_near(found, expected);
         }
     }
 }
