@@ -153,7 +153,7 @@ impl Centreline {
                 }
             }
             let own = known[after.min(known.len() - 1)];
-            smoothed.extend(systems[own].as_ref().map(|system| system.of(sum)));
+            smoothed.extend(systems[own].as_ref().map(|system| system.of(&sum)));
         }
         let smoothness = OF_SMOOTHNESS * smoothness(&smoothed);
         let control = smoothed.iter().filter_map(|system| Some(system.solved(smoothness)?.0)).collect();
@@ -194,9 +194,8 @@ struct System {
     count: f64,
     matrix: DMatrix<f64>,
     side: DMatrix<f64>,
-    /// Sum of the squares of the coordinates, from their means.
+    /// Sum of the squares of the coordinates.
     squares: f64,
-    mean: Vector2<f64>,
 }
 
 impl System {
@@ -208,12 +207,11 @@ impl System {
         if points.len() < FEWEST_POINTS || places.windows(2).any(|pair| pair[1] - pair[0] > LONGEST_GAP) {
             return None;
         }
-        let mean = points.iter().map(|(_, at)| at).sum::<Vector2<f64>>() / points.len() as f64;
         let (mut matrix, mut side) =
             (DMatrix::zeros(CONTROL_POINTS, CONTROL_POINTS), DMatrix::zeros(CONTROL_POINTS, 2));
         let mut squares = 0.0;
         for (s, at) in points {
-            let (at, (first, weights)) = (at - mean, basis(*s));
+            let (first, weights) = basis(*s);
             squares += at.norm_squared();
             for (j, a) in weights.into_iter().enumerate() {
                 for (k, b) in weights.into_iter().enumerate() {
@@ -223,17 +221,13 @@ impl System {
                 side[(first + j, 1)] += a * at.y;
             }
         }
-        Some(Self { count: points.len() as f64, matrix, side, squares, mean })
+        Some(Self { count: points.len() as f64, matrix, side, squares })
     }
 
     /// The same for these control points in place of points.
-    fn of(&self, mut control: DMatrix<f64>) -> Self {
-        let mean = Vector2::new(control.column(0).mean(), control.column(1).mean());
-        for mut row in control.row_iter_mut() {
-            (row[0], row[1]) = (row[0] - mean.x, row[1] - mean.y);
-        }
-        let side = &self.matrix * &control;
-        Self { count: CONTROL_POINTS as f64, squares: side.dot(&control), matrix: self.matrix.clone(), side, mean }
+    fn of(&self, control: &DMatrix<f64>) -> Self {
+        let side = &self.matrix * control;
+        Self { count: CONTROL_POINTS as f64, squares: side.dot(control), matrix: self.matrix.clone(), side }
     }
 
     /// Control points with this weight of their third differences, the squares that they leave and the degrees of freedom that they take.
@@ -247,12 +241,9 @@ impl System {
             }
         }
         let factor = penalised.cholesky()?;
-        let mut control = factor.solve(&self.side);
+        let control = factor.solve(&self.side);
         let left = self.squares - 2.0 * control.dot(&self.side) + (&self.matrix * &control).dot(&control);
         let taken = factor.solve(&self.matrix).trace();
-        for mut row in control.row_iter_mut() {
-            (row[0], row[1]) = (row[0] + self.mean.x, row[1] + self.mean.y);
-        }
         Some((control, left.max(0.0), taken))
     }
 }
